@@ -1,0 +1,56 @@
+"""What a robot senses."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from occmap.geometry import Points, Pose2
+
+
+@dataclass(frozen=True)
+class Scan:
+    """One turn of the lidar, in the lidar's frame; bearings are counter-clockwise from its forward axis.
+
+    Ranges follow REP 117. A beam that met nothing has range inf: free up to max_range_m, unknown
+    beyond. A beam that failed has range nan: it says nothing. A range below min_range_m is ignored.
+    """
+
+    bearings_rad: NDArray[np.float64]  # (n,)
+    ranges_m: NDArray[np.float64]  # (n,)
+    max_range_m: float
+    min_range_m: float = 0.0
+    beam_times_s: NDArray[np.float64] | None = None  # (n,) seconds relative to the observation's stamp
+
+    def __post_init__(self) -> None:
+        if self.bearings_rad.shape != self.ranges_m.shape or self.ranges_m.ndim != 1:
+            raise ValueError(
+                f"bearings and ranges must be of one length, got {self.bearings_rad.shape} and {self.ranges_m.shape}"
+            )
+        if self.beam_times_s is not None and self.beam_times_s.shape != self.ranges_m.shape:
+            raise ValueError(f"beam_times_s must have shape {self.ranges_m.shape}, got {self.beam_times_s.shape}")
+        if not 0.0 <= self.min_range_m < self.max_range_m:
+            raise ValueError(f"need 0 <= min_range_m < max_range_m, got {self.min_range_m} and {self.max_range_m}")
+
+    @property
+    def is_hit(self) -> NDArray[np.bool_]:
+        """(n,) which beams ended on something."""
+        return np.isfinite(self.ranges_m) & (self.ranges_m >= self.min_range_m) & (self.ranges_m < self.max_range_m)
+
+    def hits_in_lidar(self) -> Points:
+        """(k, 2) end points of the beams that hit, in metres, in the lidar's frame."""
+        hit = self.is_hit
+        ranges, bearings = self.ranges_m[hit], self.bearings_rad[hit]
+        return np.column_stack((ranges * np.cos(bearings), ranges * np.sin(bearings)))
+
+
+@dataclass(frozen=True)
+class Observation:
+    """All that a robot knows of one instant: where its wheels say it is, and what its lidar sees."""
+
+    time_s: float
+    odom_from_robot: Pose2
+    scan: Scan
+    robot_from_lidar: Pose2
