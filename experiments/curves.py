@@ -1,0 +1,66 @@
+"""How an episode went over time: the samples behind every curve."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from occmap.geometry import Pose2
+
+if TYPE_CHECKING:
+    from experiments.episode import Step
+    from experiments.scoring import MapScore, Scorer
+
+
+@dataclass(frozen=True)
+class Sample:
+    """The state of a run at one instant."""
+
+    time_s: float
+    path_length_m: float
+    position_error_m: float
+    """Between the true robot and its estimate, placed in the world by the true start alone."""
+    frontiers: int
+    score: MapScore
+
+
+class ScoreCurve:
+    """A recorder that scores the map every period_s of simulated time.
+
+    Scoring a whole map costs milliseconds, so it is not done at every scan. Recorders that show a
+    score read `latest`; those that draw curves read `samples`.
+    """
+
+    def __init__(self, scorer: Scorer, period_s: float = 2.0) -> None:
+        self.samples: list[Sample] = []
+        self._scorer = scorer
+        self._period_s = period_s
+        self._world_from_map: Pose2 | None = None
+
+    @property
+    def latest(self) -> Sample:
+        """The newest sample; there is one from the first step on."""
+        return self.samples[-1]
+
+    def record(self, step: Step) -> None:
+        """Score this step if it is due."""
+        if not self.samples or step.truth.time_s >= self.latest.time_s + self._period_s - 1e-9:
+            self.sample(step)
+
+    def sample(self, step: Step) -> None:
+        """Score this step now."""
+        if self._world_from_map is None:
+            self._world_from_map = step.truth.world_from_robot @ step.decision.map_from_robot.inverse()
+        estimate = self._world_from_map @ step.decision.map_from_robot
+        self.samples.append(
+            Sample(
+                time_s=step.truth.time_s,
+                path_length_m=step.truth.path_length_m,
+                position_error_m=estimate.distance_to(step.truth.world_from_robot),
+                frontiers=len(step.decision.frontiers),
+                score=self._scorer.score(step.grid),
+            )
+        )
+
+    def close(self) -> None:
+        """Nothing to finish: the samples stay."""
