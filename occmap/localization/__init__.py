@@ -1,0 +1,8 @@
+"""Odometry corrected against the map: scan matching, submaps, loop closure, pose graph.
+
+Importing it loads no kernels.
+"""
+
+from occmap.localization.localizer import Estimate, Localizer, OdometryLocalizer
+
+__all__ = ["Estimate", "Localizer", "OdometryLocalizer"]

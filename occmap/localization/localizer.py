@@ -1,0 +1,44 @@
+"""Where the robot is in its map: the protocol, and its simplest keeper."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from occmap.geometry import Pose2
+from occmap.grid import OccupancyGrid
+from occmap.scan import Observation
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Where a localizer believes the robot to be, and what that means for the map."""
+
+    map_from_robot: Pose2
+    insert: bool = True
+    """Whether the scan is worth spending on the grid (a motion filter says no when little moved)."""
+    grid: OccupancyGrid | None = None
+    """The map, rebuilt from corrected poses and owned by the receiver from now on; this scan is not in it yet."""
+    map_shift: Pose2 | None = None
+    """new_map_from_old_map near the robot, given with `grid`: what carries goals and paths over the correction."""
+
+
+class Localizer(Protocol):
+    """Turns what the robot senses into where it is. The first update defines the map frame."""
+
+    def update(self, seen: Observation) -> Estimate: ...
+
+
+class OdometryLocalizer:
+    """Believes the wheels: the odometry's first pose is the map's origin, and stays so.
+
+    Serves a known pose as well: hand the true pose in as a perfect odometry.
+    """
+
+    def __init__(self) -> None:
+        self._map_from_odom: Pose2 | None = None
+
+    def update(self, seen: Observation) -> Estimate:
+        if self._map_from_odom is None:
+            self._map_from_odom = seen.odom_from_robot.inverse()
+        return Estimate(self._map_from_odom @ seen.odom_from_robot)

@@ -1,0 +1,27 @@
+import numpy as np
+import pytest
+
+from occmap.geometry import Pose2
+from occmap.localization import OdometryLocalizer
+from occmap.scan import Observation, Scan
+
+
+def _at(odom_from_robot: Pose2) -> Observation:
+    return Observation(0.0, odom_from_robot, Scan(np.zeros(1), np.ones(1), 10.0), Pose2.identity())
+
+
+def test_the_first_observation_is_the_origin_of_the_map():
+    start = Pose2(3.0, -2.0, 1.0)
+    estimate = OdometryLocalizer().update(_at(start))
+    assert estimate.map_from_robot.position == pytest.approx((0.0, 0.0))
+    assert estimate.map_from_robot.yaw_rad == pytest.approx(0.0)
+
+
+def test_odometry_is_repeated_in_the_frame_of_the_first_pose():
+    localizer, start, move = OdometryLocalizer(), Pose2(3.0, -2.0, 1.0), Pose2(0.5, 0.1, -0.3)
+    localizer.update(_at(start))
+    estimate = localizer.update(_at(start @ move))
+    assert estimate.map_from_robot.position == pytest.approx(move.position)
+    assert estimate.map_from_robot.yaw_rad == pytest.approx(move.yaw_rad)
+    assert estimate.insert
+    assert estimate.grid is None
