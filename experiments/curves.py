@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from occmap.geometry import Pose2
-
 if TYPE_CHECKING:
     from experiments.episode import Step
     from experiments.scoring import MapScore, Scorer
@@ -35,7 +33,6 @@ class ScoreCurve:
         self.samples: list[Sample] = []
         self._scorer = scorer
         self._period_s = period_s
-        self._world_from_map: Pose2 | None = None
 
     @property
     def latest(self) -> Sample:
@@ -49,9 +46,7 @@ class ScoreCurve:
 
     def sample(self, step: Step) -> None:
         """Score this step now."""
-        if self._world_from_map is None:
-            self._world_from_map = step.truth.world_from_robot @ step.decision.map_from_robot.inverse()
-        estimate = self._world_from_map @ step.decision.map_from_robot
+        estimate = self._scorer.world_from_map @ step.decision.map_from_robot
         self.samples.append(
             Sample(
                 time_s=step.truth.time_s,

@@ -7,9 +7,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from experiments.stopwatch import Stopwatch
+from occmap.decision import Status
 
 if TYPE_CHECKING:
-    from occmap.explorer import Decision, Explorer
+    from occmap.decision import Decision
+    from occmap.explorer import Explorer
     from occmap.grid import OccupancyGrid
     from occmap.scan import Observation
     from sim.robot import Robot, Truth
@@ -26,13 +28,13 @@ class Step:
     """The explorer's live map, to look at: copy what must outlive the step."""
 
 
-def episode(robot: Robot, explorer: Explorer, limit_s: float, stopwatch: Stopwatch | None = None) -> Iterator[Step]:
+def episode(
+    robot: Robot, explorer: Explorer, limit_s: float, stopwatch: Stopwatch | None = None
+) -> Iterator[Step]:
     """Yield a Step per scan until the explorer is done or limit_s of simulated time has passed.
 
     The stopwatch receives the wall time of every stage; what the consumer does with a step is its own.
     """
-    from occmap.explorer import Status
-
     watch = stopwatch or Stopwatch()
     while robot.time_s < limit_s:
         with watch.lap("lidar"):

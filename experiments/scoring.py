@@ -1,13 +1,42 @@
-"""How good a map is, as defined in the README: the belief against the truth. The robot never sees this."""
+"""How good a map is: the belief against the truth. The robot never sees any of this.
+
+The belief is read at the centre of each cell of the truth grid, the map placed in the world by the
+true start pose alone. With E the explorable cells, the *rim* those of E within one cell (8
+neighbours) of a wall (noise and rounding may put a surface on either side of a cell's border, so
+there either answer counts), and the visible wall surface W the wall cells beside (4 neighbours) an
+explorable one:
+
+- explored = (E believed free + rim believed occupied) / E
+- known = (E believed free or occupied) / E
+- wrong = (E off the rim believed occupied + W known but with no occupied belief within one cell) / E
+- wall recall = W with an occupied belief within one cell / W
+- wall error = distance from each cell believed occupied to the nearest true wall cell: from the
+  truth cell that holds the believed cell's centre, between cell centres
+"""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from occmap.geometry import Pose2
+from occmap.grid import Belief, GridFrame, OccupancyGrid
+
+if TYPE_CHECKING:
+    from sim.truth import TruthGrid
+
+Mask = NDArray[np.bool_]
+"""(ny, nx) on the truth grid."""
 
 
 @dataclass(frozen=True)
 class MapScore:
-    """Ratios in [0, 1] and metres; see the README for the definitions."""
+    """Ratios in [0, 1] and metres, as defined at the top of this file."""
 
     explored: float
     known: float
@@ -16,5 +45,104 @@ class MapScore:
     wall_error_mean_m: float
     """nan while no cell is believed occupied."""
     wall_error_p95_m: float
-    explorable_area_m2: float
     wrong_cells: int
+
+
+class Scorer:
+    """Scores any number of maps of one building against its truth.
+
+    Everything that does not depend on the map is worked out once, so that a score costs a look-up
+    per explorable cell.
+    """
+
+    def __init__(self, truth: TruthGrid, explorable: Mask, world_from_map: Pose2) -> None:
+        self.frame = GridFrame(truth.resolution_m, truth.origin_m)
+        self.explorable = explorable
+        self.world_from_map = world_from_map
+        self._explorable_cells = int(explorable.sum())
+        if not self._explorable_cells:
+            raise ValueError(f"nothing can be explored from {world_from_map}: no free cell is in sight")
+        self._rim = explorable & near(truth.wall)
+        self._surface = truth.wall & beside(explorable)
+        self._read_at = np.nonzero(near(near(explorable)))
+        centres = self.frame.map_from_cell(np.column_stack(self._read_at[::-1]))
+        self._centres_in_map = world_from_map.inverse().apply(centres)
+        self._wall_distance_m = ndimage.distance_transform_edt(~truth.wall) * truth.resolution_m
+
+    @property
+    def explorable_area_m2(self) -> float:
+        """What there is to explore."""
+        return self._explorable_cells * self.frame.resolution_m**2
+
+    def belief(self, grid: OccupancyGrid) -> NDArray[np.uint8]:
+        """(ny, nx) the map's belief at the centre of each truth cell in or near the explorable area."""
+        cells = grid.frame.cell_from_map(self._centres_in_map)
+        ny, nx = grid.shape
+        inside = (cells[:, 0] >= 0) & (cells[:, 0] < nx) & (cells[:, 1] >= 0) & (cells[:, 1] < ny)
+        values = np.full(len(cells), Belief.UNKNOWN, np.uint8)
+        values[inside] = grid.state[cells[inside, 1], cells[inside, 0]]
+        belief = np.full(self.explorable.shape, Belief.UNKNOWN, np.uint8)
+        belief[self._read_at] = values
+        return belief
+
+    def unexplored(self, grid: OccupancyGrid) -> Mask:
+        """Explorable cells that the map has not got: unknown, or taken for an obstacle off the rim."""
+        belief = self.belief(grid)
+        return self.explorable & (belief != Belief.FREE) & ~(self._rim & (belief == Belief.OCCUPIED))
+
+    def score(self, grid: OccupancyGrid) -> MapScore:
+        """All figures of one map."""
+        belief = self.belief(grid)
+        free, occupied = belief == Belief.FREE, belief == Belief.OCCUPIED
+        near_occupied = near(occupied)
+        explored = count(self.explorable & (free | (self._rim & occupied)))
+        known = count(self.explorable & (free | occupied))
+        missed = self._surface & ~near_occupied
+        wrong = count(self.explorable & ~self._rim & occupied) + count(missed & (free | occupied))
+        surface = count(self._surface)
+        mean_m, p95_m = self._wall_error_m(grid)
+        return MapScore(
+            explored=explored / self._explorable_cells,
+            known=known / self._explorable_cells,
+            wrong=wrong / self._explorable_cells,
+            wall_recall=1.0 - count(missed) / surface if surface else 1.0,
+            wall_error_mean_m=mean_m,
+            wall_error_p95_m=p95_m,
+            wrong_cells=wrong,
+        )
+
+    def _wall_error_m(self, grid: OccupancyGrid) -> tuple[float, float]:
+        """Mean and 95th percentile over the cells believed occupied."""
+        iy, ix = np.nonzero(grid.state == Belief.OCCUPIED)
+        if not len(ix):
+            return math.nan, math.nan
+        centres = self.world_from_map.apply(grid.frame.map_from_cell(np.column_stack((ix, iy))))
+        cells = self.frame.cell_from_map(centres)
+        ny, nx = self._wall_distance_m.shape
+        nearest = np.clip(cells, 0, (nx - 1, ny - 1))
+        beyond_m = np.hypot(*(cells - nearest).T) * self.frame.resolution_m
+        error_m = self._wall_distance_m[nearest[:, 1], nearest[:, 0]] + beyond_m
+        return float(error_m.mean()), float(np.percentile(error_m, 95))
+
+
+def near(mask: Mask) -> Mask:
+    """Cells of the mask and their 8 neighbours."""
+    return _spread(_spread(mask, axis=0), axis=1)
+
+
+def beside(mask: Mask) -> Mask:
+    """Cells of the mask and their 4 neighbours."""
+    return _spread(mask, axis=0) | _spread(mask, axis=1)
+
+
+def _spread(mask: Mask, axis: int) -> Mask:
+    out = mask.copy()
+    rows, spread = np.moveaxis(mask, axis, 0), np.moveaxis(out, axis, 0)
+    spread[1:] |= rows[:-1]
+    spread[:-1] |= rows[1:]
+    return out
+
+
+def count(mask: Mask) -> int:
+    """True cells."""
+    return int(np.count_nonzero(mask))
