@@ -1,0 +1,1 @@
+"""Recorded logs as streams of observations, and pose graphs as files."""

@@ -1,0 +1,28 @@
+"""A NumPy array that grows row by row, so that a graph can be handed to kernels without a copy."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+
+class GrowingArray:
+    """Rows of one shape and dtype, appended in amortised constant time."""
+
+    def __init__(self, row_shape: tuple[int, ...] = (), dtype: DTypeLike = np.float64) -> None:
+        self._storage = np.zeros((16, *row_shape), dtype)
+        self._count = 0
+
+    def __len__(self) -> int:
+        return self._count
+
+    def append(self, row: object) -> None:
+        if self._count == len(self._storage):
+            self._storage = np.concatenate((self._storage, np.zeros_like(self._storage)))
+        self._storage[self._count] = row
+        self._count += 1
+
+    @property
+    def rows(self) -> NDArray:
+        """(n, *row_shape) view of what was appended; writing to it writes to the array."""
+        return self._storage[: self._count]
