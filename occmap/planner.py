@@ -1,0 +1,179 @@
+"""A* to one goal; one wavefront for the cost to all of them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from occmap.escape import way_out
+from occmap.grid import Cells, OccupancyGrid
+from occmap.path import Path
+from occmap.search import SearchMemory, SearchRequest
+from occmap.terrain import ClearanceLimits, Terrain, escape_price_list, price_list
+from occmap.wavefront import Wavefront
+
+__all__ = ["Path", "Planner", "PlannerConfig", "Wavefront"]
+
+
+@dataclass(frozen=True)
+class PlannerConfig:
+    """How close to obstacles the robot plans."""
+
+    body_radius_m: float = 0.17
+    """A circle around the robot's axis that encloses the body."""
+    comfortable_margin_m: float = 0.09
+    """Air left beside the body wherever there is room for it."""
+    keep_margin_m: float = 0.04
+    """A path is void only where less than this is left: were it the margin it was planned with, noise would
+    void paths all the time."""
+    tight_margin_m: float = 0.05
+    """A gap that leaves this much air on both sides in truth is passed even where walls are painted thick."""
+    wall_blur_m: float = 0.025
+    """By how much range noise thickens a wall beyond the cell that holds its surface."""
+    roomy_margin_m: float = 0.40
+    """From here on more distance to walls earns nothing."""
+    wall_weight: float = 3.0
+    """A metre at the comfortable margin costs as much as this many in the open."""
+    tight_weight: float = 20.0
+    """A metre through a gap narrower than comfortable costs as much as this many in the open."""
+    escape_radius_m: float = 1.0
+    """How far a robot that stands too close to an obstacle looks for a place to start from."""
+    island_area_m2: float = 1.0
+    """If no more than this is in reach, the robot may stand on an island made by noise: look for a mainland."""
+
+    def __post_init__(self) -> None:
+        if not self.body_radius_m > 0.0:
+            raise ValueError(f"body_radius_m must be positive, got {self.body_radius_m}")
+        if not 0.0 <= self.keep_margin_m < self.comfortable_margin_m < self.roomy_margin_m:
+            raise ValueError(
+                "need 0 <= keep_margin_m < comfortable_margin_m < roomy_margin_m, got "
+                f"{self.keep_margin_m}, {self.comfortable_margin_m} and {self.roomy_margin_m}"
+            )
+        if not 1.0 <= self.wall_weight <= self.tight_weight <= 100.0:
+            raise ValueError(
+                f"need 1 <= wall_weight <= tight_weight <= 100, got {self.wall_weight} and {self.tight_weight}"
+            )
+
+    def limits(self, resolution_m: float) -> ClearanceLimits:
+        """The same as clearances on a grid.
+
+        A gap 2 * (body + tight_margin) wide may lose on either side the cell that its wall's surface
+        enters and the blur; its middle may lie half a cell from the nearest cell's centre. What is
+        left is the tight limit. It may be less than the body's radius: the follower, who sees the
+        gap itself and not its cells, decides whether the body fits.
+        """
+        tight = self.body_radius_m + self.tight_margin_m - self.wall_blur_m - 1.5 * resolution_m
+        tight = max(tight, 0.25 * resolution_m)  # the cell beside an occupied one stays open on coarse grids
+        comfortable = self.body_radius_m + self.comfortable_margin_m
+        return ClearanceLimits(
+            comfortable_m=comfortable,
+            comfortable_keep_m=self.body_radius_m + self.keep_margin_m,
+            tight_m=min(tight, comfortable),
+            tight_keep_m=max(tight - 0.5 * resolution_m, 0.0),
+        )
+
+
+class Planner:
+    """Finds ways over the belief. Remembers only its search arrays and price lists.
+
+    Every method takes the grid and its clearance (ny, nx): metres from each cell's centre to the
+    nearest occupied cell.
+    """
+
+    def __init__(self, config: PlannerConfig | None = None) -> None:
+        self.config = config or PlannerConfig()
+        self._memory = SearchMemory()
+        self._resolution_m = math.nan
+
+    def traversable(
+        self, grid: OccupancyGrid, clearance_m: NDArray[np.float32], margin_m: float | None = None
+    ) -> NDArray[np.bool_]:
+        """(ny, nx) free cells with the body's radius and a margin (default: comfortable) of clearance."""
+        margin = self.config.comfortable_margin_m if margin_m is None else margin_m
+        return (grid.state == 1) & (clearance_m >= np.float32(self.config.body_radius_m + margin - 1e-4))
+
+    def terrain(self, grid: OccupancyGrid, clearance_m: NDArray[np.float32]) -> Terrain:
+        """The map as the searches see it."""
+        resolution = grid.frame.resolution_m
+        if resolution != self._resolution_m:
+            c = self.config
+            self._resolution_m = resolution
+            self._limits = c.limits(resolution)
+            roomy = c.body_radius_m + c.roomy_margin_m
+            self._prices = price_list(self._limits, roomy, c.wall_weight, c.tight_weight)
+            self._escape_prices = escape_price_list()
+        return Terrain.of(grid, clearance_m, self._prices, self._limits)
+
+    def flood(
+        self,
+        grid: OccupancyGrid,
+        clearance_m: NDArray[np.float32],
+        start_cell: tuple[int, int],
+        *,
+        targets: Cells | None = None,
+        want: int | None = None,
+        within_m: float = math.inf,
+    ) -> Wavefront:
+        """Costs to all cells in reach (Dijkstra), or until `want` of the targets (n, 2), by default all of
+        them, or the bound within_m on the cost is passed.
+        """
+        terrain = self.terrain(grid, clearance_m)
+        request = SearchRequest.flood(terrain, targets, want, within_m)
+        return self._wave(terrain, start_cell, request)
+
+    def plan(
+        self,
+        grid: OccupancyGrid,
+        clearance_m: NDArray[np.float32],
+        start_cell: tuple[int, int],
+        goals: Cells,
+    ) -> Path | None:
+        """The cheapest path to the nearest of the goals (n, 2), by A*; None if none is in reach."""
+        terrain = self.terrain(grid, clearance_m)
+        goals = np.atleast_2d(np.asarray(goals, np.int64))
+        wave = self._wave(terrain, start_cell, SearchRequest.towards(terrain, goals))
+        costs = wave.cost_at(goals)
+        best = int(np.argmin(costs))
+        return wave.path_to((int(goals[best, 0]), int(goals[best, 1])))
+
+    def is_blocked(
+        self, path: Path, grid: OccupancyGrid, clearance_m: NDArray[np.float32], from_m: float = 0.0
+    ) -> bool:
+        """Whether the map has come to void what is left of a path, from_m along it."""
+        terrain = self.terrain(grid, clearance_m)
+        least_m = terrain.least_clearance(path.waypoints_in_map, max(from_m, path.escape_m))
+        return least_m < path.keep_clear_m
+
+    def escape(
+        self, grid: OccupancyGrid, clearance_m: NDArray[np.float32], start_cell: tuple[int, int]
+    ) -> Path | None:
+        """From where no path may start, the way out to where one may; None if there is none near, or no need."""
+        terrain = self.terrain(grid, clearance_m)
+        cells = self._way_out(terrain, start_cell)
+        return None if cells is None else terrain.path(cells[-1:], 0.0, cells, self.config.escape_radius_m)
+
+    def _way_out(self, terrain: Terrain, start_cell: tuple[int, int]) -> NDArray[np.int32] | None:
+        return way_out(self._memory, terrain, start_cell, self._escape_prices, self.config.escape_radius_m)
+
+    def _wave(self, terrain: Terrain, start_cell: tuple[int, int], request: SearchRequest) -> Wavefront:
+        """One search; if it gets nowhere from here, another from where the body can move on."""
+        start, escape_cells = terrain.flat(start_cell), np.empty(0, np.int32)
+        exact_below = self._memory.search(terrain, start, terrain.prices, request)
+        if self._memory.n_touched * terrain.frame.resolution_m**2 <= self.config.island_area_m2:
+            found = self._way_out(terrain, start_cell)
+            if found is not None:
+                start, escape_cells = int(found[-1]), found
+            exact_below = self._memory.search(terrain, start, terrain.prices, request)
+        return Wavefront(
+            start_cell=terrain.cell(start),
+            start_moved=len(escape_cells) > 0,
+            terrain=terrain,
+            escape_cells=escape_cells,
+            escape_radius_m=self.config.escape_radius_m,
+            exact_below=exact_below,
+            memory=self._memory,
+            search_number=self._memory.search_number,
+        )

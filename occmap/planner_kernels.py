@@ -1,0 +1,238 @@
+"""The search behind every path: one bucket queue that floods, or heads for a box of cells.
+
+Cells are flat indices iy * nx + ix. Costs are integers: STRAIGHT for one step to a 4-neighbour of
+weight one, so that sums are exact and the order of additions does not matter. What entering a cell
+costs is looked up from its belief and clearance in `entry_cost`, (3 * bins,): a row for each Belief,
+BINS_PER_M columns for each metre of clearance, 0 where the body does not go.
+"""
+
+import numpy as np
+from numba import njit
+
+STRAIGHT = 1024
+DIAGONAL = 1448  # 1024 * sqrt(2), rounded down: 0.01 % short
+BINS_PER_M = 200
+UNREACHED = 2**31 - 1
+OPEN = 8  # bits of link: 0..2 the direction we came by, then whether the cell waits, is a target
+TARGET = 16
+OUT_OF_MEMORY = -1
+
+
+@njit(cache=True, inline="always")
+def entry(cell, state, clearance_m, entry_cost, bins):
+    """What entering a cell costs, 0 if the body does not go there. 0.02 guards against rounding down."""
+    column = min(int(clearance_m[cell] * BINS_PER_M + 0.02), bins - 1)
+    return entry_cost[state[cell] * bins + column]
+
+
+@njit(cache=True, inline="always")
+def octile(ix, iy, box):
+    """The least cost from a cell to the box (ix0, iy0, ix1, iy1), both ends within."""
+    dx = max(box[0] - ix, 0, ix - box[2])
+    dy = max(box[1] - iy, 0, iy - box[3])
+    return STRAIGHT * max(dx, dy) + (DIAGONAL - STRAIGHT) * min(dx, dy)
+
+
+@njit(cache=True)
+def search(
+    state, clearance_m, nx, entry_cost, start, box, want, limit, shift, cost, link, touched, heads, items
+):
+    """Cheapest costs from `start`, cell by cell outwards, until `want` targets or `limit` are passed.
+
+    Dial's bucket queue with buckets of 2**shift cost (Denardo and Fox 1979): for a flood they are no
+    wider than the cheapest step, so that each cell is expanded once; an A* (Hart et al. 1968), whose
+    order is by cost plus the octile distance to `box`, opens a cell again if a cheaper way turns up
+    within its bucket. Both are exact when a bucket has been emptied. Diagonal steps need both
+    4-neighbours (no corner cutting).
+
+    O(cells touched). Returns (number of touched cells, cost below which all is exact), or
+    (number, OUT_OF_MEMORY) if `items` (m, 2), the queue's entries, was too short.
+    """
+    bins = entry_cost.size // 3
+    ny = state.size // nx
+    mask = heads.size - 1
+    heads[:] = -1
+    for k in range(len(items)):
+        items[k, 1] = k + 1
+    vacant = 0
+    step_x = (1, 0, -1, 0, 1, -1, -1, 1)
+    step_y = (0, 1, 0, -1, 1, 1, -1, -1)
+    passable = np.zeros(8, np.bool_)
+
+    n_touched = 1
+    touched[0] = start
+    cost[start] = 0
+    link[start] = (link[start] & TARGET) | OPEN
+    bucket = octile(start % nx, start // nx, box) >> shift
+    items[0, 0] = start
+    vacant, items[0, 1] = items[0, 1], -1
+    heads[bucket & mask] = 0
+    waiting = 1
+    settled = 0
+    while waiting > 0:
+        item = heads[bucket & mask]
+        if item < 0:
+            if settled >= want or (bucket << shift) > limit:
+                return n_touched, (bucket + 1) << shift
+            bucket += 1
+            continue
+        cell = items[item, 0]
+        heads[bucket & mask] = items[item, 1]
+        items[item, 1] = vacant
+        vacant = item
+        waiting -= 1
+        if not link[cell] & OPEN:
+            continue
+        link[cell] &= ~OPEN & 255
+        if link[cell] & TARGET:
+            settled += 1
+        so_far = cost[cell]
+        ix, iy = cell % nx, cell // nx
+        for direction in range(8):
+            jx, jy = ix + step_x[direction], iy + step_y[direction]
+            passable[direction] = False
+            if jx < 0 or jy < 0 or jx >= nx or jy >= ny:
+                continue
+            if direction >= 4 and not (passable[direction - 4] and passable[(direction - 3) & 3]):
+                continue
+            other = jy * nx + jx
+            step = entry(other, state, clearance_m, entry_cost, bins)
+            if step == 0:
+                continue
+            passable[direction] = True
+            if direction >= 4:
+                step = (step * DIAGONAL) >> 10
+            there = so_far + step
+            if there >= cost[other]:
+                continue
+            if cost[other] == UNREACHED:
+                touched[n_touched] = other
+                n_touched += 1
+            cost[other] = there
+            link[other] = (link[other] & TARGET) | OPEN | direction
+            if vacant >= len(items):
+                return n_touched, OUT_OF_MEMORY
+            slot = ((there + octile(jx, jy, box)) >> shift) & mask
+            items[vacant, 0] = other
+            following = items[vacant, 1]
+            items[vacant, 1] = heads[slot]
+            heads[slot] = vacant
+            vacant = following
+            waiting += 1
+    return n_touched, UNREACHED
+
+
+@njit(cache=True)
+def walk_back(cell, nx, link, start):
+    """The cells from `start` to `cell` along the links of a search, (n,). O(n)."""
+    step_x = (1, 0, -1, 0, 1, -1, -1, 1)
+    step_y = (0, 1, 0, -1, 1, 1, -1, -1)
+    steps = 0
+    at = cell
+    while at != start:
+        direction = link[at] & 7
+        at -= step_y[direction] * nx + step_x[direction]
+        steps += 1
+    cells = np.empty(steps + 1, np.int32)
+    at = cell
+    for k in range(steps, 0, -1):
+        cells[k] = at
+        direction = link[at] & 7
+        at -= step_y[direction] * nx + step_x[direction]
+    cells[0] = start
+    return cells
+
+
+@njit(cache=True)
+def line_cost(first, last, nx, state, clearance_m, entry_cost, dearest):
+    """The cost of the straight line between two cells' centres; -1 if a cell costs 0 or more than `dearest`.
+
+    Sampled twice a cell, O(length).
+    """
+    bins = entry_cost.size // 3
+    x, y = first % nx, first // nx
+    dx, dy = last % nx - x, last // nx - y
+    samples = 2 * max(abs(dx), abs(dy))
+    if samples == 0:
+        return 0.0
+    total = 0
+    for k in range(1, samples + 1):
+        ix = int(x + dx * k / samples + 0.5)
+        iy = int(y + dy * k / samples + 0.5)
+        step = entry(iy * nx + ix, state, clearance_m, entry_cost, bins)
+        if step == 0 or step > dearest:
+            return -1.0
+        total += step
+    return total / samples * np.sqrt(dx * dx + dy * dy)
+
+
+@njit(cache=True)
+def shortcut(cells, nx, state, clearance_m, entry_cost):
+    """Which of a path's cells (n,) to keep so that straight lines between them cost no more than it did.
+
+    The line counts its soft cost too, and enters no cell dearer than any that it replaces: a shortcut
+    never buys length with clearance. From each kept cell the farthest in reach is taken; a few
+    failures in a row end the look (a zigzag fails and works by turns). O(n * length of the lines).
+    """
+    bins = entry_cost.size // 3
+    tolerance = 1.01
+    patience = 6
+    n = len(cells)
+    price = np.zeros(n, np.int64)
+    so_far = np.zeros(n)
+    for k in range(1, n):
+        price[k] = entry(cells[k], state, clearance_m, entry_cost, bins)
+        is_straight = cells[k] % nx == cells[k - 1] % nx or cells[k] // nx == cells[k - 1] // nx
+        so_far[k] = so_far[k - 1] + price[k] * (1.0 if is_straight else DIAGONAL / STRAIGHT)
+    kept = np.empty(n, np.int64)
+    kept[0] = 0
+    n_kept = 1
+    at = 0
+    while at < n - 1:
+        best, failures, ahead = at + 1, 0, at + 2
+        dearest = price[at + 1]
+        while ahead < n and failures < patience:
+            dearest = max(dearest, price[ahead])
+            cost = line_cost(cells[at], cells[ahead], nx, state, clearance_m, entry_cost, dearest)
+            if 0.0 <= cost <= (so_far[ahead] - so_far[at]) * tolerance + 0.25 * STRAIGHT:
+                best, failures = ahead, 0
+            else:
+                failures += 1
+            ahead += 1
+        kept[n_kept] = best
+        n_kept += 1
+        at = best
+    return kept[:n_kept]
+
+
+@njit(cache=True)
+def least_clearance(points, clearance_m, state, origin_x, origin_y, resolution_m, from_m, ample_m):
+    """Along a polyline (n, 2) from `from_m` on: metres until clearance first reaches ample_m, then its least.
+
+    Sampled twice a cell. Places outside the grid and occupied cells count as clearance 0. O(length).
+    """
+    ny, nx = clearance_m.shape
+    lead_m, least = -1.0, np.inf
+    begun = 0.0
+    for k in range(len(points)):
+        first = points[max(k - 1, 0)]
+        dx, dy = points[k, 0] - first[0], points[k, 1] - first[1]
+        length = np.sqrt(dx * dx + dy * dy)
+        if begun + length >= from_m:
+            samples = max(int(np.ceil(2.0 * length / resolution_m)), 1)
+            for i in range(1, samples + 1):
+                along = length * i / samples
+                if begun + along < from_m:
+                    continue
+                ix = int(np.floor((first[0] + dx * i / samples - origin_x) / resolution_m))
+                iy = int(np.floor((first[1] + dy * i / samples - origin_y) / resolution_m))
+                clear = 0.0
+                if 0 <= ix < nx and 0 <= iy < ny and state[iy, ix] != 2:
+                    clear = clearance_m[iy, ix]
+                if lead_m < 0.0:
+                    if clear < ample_m:
+                        continue
+                    lead_m = begun + along
+                least = min(least, clear)
+        begun += length
+    return (lead_m if lead_m >= 0.0 else begun), least

@@ -1,0 +1,105 @@
+"""One search over a terrain: what it is asked, and the arrays it works in."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from occmap.grid import Cells
+from occmap.terrain import Terrain
+
+NO_LIMIT = 1 << 62
+
+
+@dataclass(frozen=True, eq=False)
+class SearchRequest:
+    """Where a search heads and when it may end."""
+
+    box: tuple[int, int, int, int]
+    """Cells (ix0, iy0, ix1, iy1), both ends within, that an A* heads for; the whole map for a flood."""
+    bucket_bits: int
+    """Buckets are 2**bits of cost wide."""
+    targets: NDArray[np.int64]  # (n,) flat cells
+    want: int
+    """The search may end when so many targets are settled."""
+    limit: int
+    """It ends when it has passed this cost."""
+
+    @staticmethod
+    def flood(terrain: Terrain, targets: Cells | None, want: int | None, within_m: float) -> SearchRequest:
+        """In all directions: buckets as wide as the cheapest step expand every cell once."""
+        flat = np.empty(0, np.int64) if targets is None else _flat_inside(terrain, targets)
+        if want is None:
+            want = len(flat) if targets is not None else NO_LIMIT
+        limit = NO_LIMIT if math.isinf(within_m) else int(within_m / terrain.frame.resolution_m * 1024)
+        return SearchRequest(terrain.everywhere, 10, flat, want, limit)
+
+    @staticmethod
+    def towards(terrain: Terrain, goals: Cells) -> SearchRequest:
+        """To the cheapest of some goals (n, 2): finer buckets expand fewer cells twice."""
+        low, high = goals.min(axis=0), goals.max(axis=0)
+        box = (int(low[0]), int(low[1]), int(high[0]), int(high[1]))
+        return SearchRequest(box, 7, _flat_inside(terrain, goals), 1, NO_LIMIT)
+
+
+def _flat_inside(terrain: Terrain, cells: Cells) -> NDArray[np.int64]:
+    """Flat indices of the cells that lie in the grid, each once."""
+    ny, nx = terrain.shape
+    ix, iy = cells[:, 0], cells[:, 1]
+    inside = (ix >= 0) & (iy >= 0) & (ix < nx) & (iy < ny)
+    return np.unique(iy[inside] * nx + ix[inside])
+
+
+class SearchMemory:
+    """Arrays that searches share, so that each costs what it touches and not the whole map."""
+
+    def __init__(self) -> None:
+        self.cost: NDArray[np.int32] = np.empty(0, np.int32)
+        self.link: NDArray[np.uint8] = np.empty(0, np.uint8)
+        self.touched: NDArray[np.int32] = np.empty(0, np.int32)
+        self.n_touched = 0
+        self.items: NDArray[np.int32] = np.empty((1 << 14, 2), np.int32)
+        self.search_number = 0
+
+    def search(self, terrain: Terrain, start: int, prices: NDArray[np.int32], request: SearchRequest) -> int:
+        """Fill `cost` and `link` from a flat start cell; the cost below which they are exact."""
+        from occmap import planner_kernels as kernels
+
+        state, clearance = terrain.state.ravel(), terrain.clearance_m.ravel()
+        heads = np.empty(_ring_size(int(prices.max()), request.bucket_bits), np.int32)
+        while True:
+            self._forget(state.size)
+            self.link[request.targets] = kernels.TARGET
+            self.n_touched, exact_below = kernels.search(
+                state, clearance, terrain.shape[1], prices, start, request.box, request.want, request.limit,
+                request.bucket_bits, self.cost, self.link, self.touched, heads, self.items,
+            )  # fmt: skip
+            self.link[request.targets] &= 15
+            if exact_below != kernels.OUT_OF_MEMORY:
+                return exact_below
+            self.items = np.empty((2 * len(self.items), 2), np.int32)
+
+    def _forget(self, n_cells: int) -> None:
+        """Make room for a search. What the last one found is void from here on."""
+        from occmap.planner_kernels import UNREACHED
+
+        self.search_number += 1
+        if self.cost.size == n_cells:
+            dirty = self.touched[: self.n_touched]
+            self.cost[dirty] = UNREACHED
+        else:
+            self.cost = np.full(n_cells, UNREACHED, np.int32)
+            self.link = np.zeros(n_cells, np.uint8)
+            self.touched = np.empty(n_cells, np.int32)
+        self.n_touched = 0
+
+
+def _ring_size(dearest: int, bucket_bits: int) -> int:
+    """Buckets, a power of two, so that the dearest diagonal step away from the goal does not come round."""
+    from occmap.planner_kernels import DIAGONAL, STRAIGHT
+
+    widest = dearest * DIAGONAL // STRAIGHT + DIAGONAL
+    return 1 << ((widest >> bucket_bits) + 2).bit_length()

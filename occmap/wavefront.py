@@ -1,0 +1,96 @@
+"""What a search leaves behind: the cost to every cell it reached, and the way there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from occmap.grid import Cells
+from occmap.path import Path
+from occmap.search import SearchMemory
+from occmap.terrain import Terrain
+
+
+@dataclass(frozen=True, eq=False)
+class Wavefront:
+    """The cost from the robot to every cell in reach. Valid until the planner searches again."""
+
+    start_cell: tuple[int, int]
+    """Where the wave began: the robot's cell, or the nearest from which the body can move on."""
+    start_moved: bool
+    """The robot stands where no path may start: too close to an obstacle, or on an island made by noise."""
+    terrain: Terrain
+    escape_cells: NDArray[np.int32]  # (k,) flat, from the robot's cell to start_cell if that was moved
+    escape_radius_m: float
+    exact_below: int
+    memory: SearchMemory
+    search_number: int
+
+    @property
+    def is_exhausted(self) -> bool:
+        """Everything in reach was flooded; False if a bound or the last of the wanted targets ended it."""
+        from occmap.planner_kernels import UNREACHED
+
+        return self.exact_below == UNREACHED
+
+    def _check(self) -> None:
+        if self.search_number != self.memory.search_number:
+            raise ValueError(
+                "this wavefront is void: its planner has searched since. Read it before, or flood again"
+            )
+
+    @property
+    def n_reached(self) -> int:
+        """How many cells the wave has touched."""
+        self._check()
+        return self.memory.n_touched
+
+    @property
+    def cost_m(self) -> NDArray[np.float32]:
+        """(ny, nx) metres weighted by the soft cost near walls, inf where out of reach. Costs the whole map."""
+        self._check()
+        return self._metres(self.memory.cost).reshape(self.terrain.shape)
+
+    def cost_at(self, cells: Cells) -> NDArray[np.float32]:
+        """(n,) the same, for some cells (ix, iy); inf also outside the grid."""
+        self._check()
+        inside, flat = self._flat(cells)
+        return np.where(inside, self._metres(self.memory.cost[flat]), np.float32(np.inf))
+
+    def length_to(self, cell: tuple[int, int]) -> float:
+        """Metres of the way to a cell, unweighted and before shortcuts; inf if out of reach. O(way)."""
+        cells = self.cells_to(cell)
+        if cells is None:
+            return float("inf")
+        steps = np.hypot(np.diff(cells % self.terrain.shape[1]), np.diff(cells // self.terrain.shape[1]))
+        return float(steps.sum()) * self.terrain.frame.resolution_m
+
+    def cells_to(self, cell: tuple[int, int]) -> NDArray[np.int32] | None:
+        """Flat indices of the way from the start to a cell; None if out of reach."""
+        from occmap.planner_kernels import walk_back
+
+        if not np.isfinite(self.cost_at(np.array([cell]))[0]):
+            return None
+        flat, start = self.terrain.flat(cell), self.terrain.flat(self.start_cell)
+        return walk_back(flat, self.terrain.shape[1], self.memory.link, start)
+
+    def path_to(self, cell: tuple[int, int]) -> Path | None:
+        """The cheapest path to a cell (ix, iy), shortened by line of sight; None if out of reach."""
+        cells = self.cells_to(cell)
+        if cells is None:
+            return None
+        cost_m = float(self.cost_at(np.array([cell]))[0])
+        return self.terrain.path(cells, cost_m, self.escape_cells, self.escape_radius_m)
+
+    def _flat(self, cells: Cells) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
+        ix, iy = cells[:, 0], cells[:, 1]
+        inside = (ix >= 0) & (iy >= 0) & (ix < self.terrain.shape[1]) & (iy < self.terrain.shape[0])
+        return inside, np.where(inside, iy * self.terrain.shape[1] + ix, 0)
+
+    def _metres(self, cost: NDArray[np.int32]) -> NDArray[np.float32]:
+        from occmap.planner_kernels import STRAIGHT
+
+        scale = np.float32(self.terrain.frame.resolution_m / STRAIGHT)
+        return np.where(cost < self.exact_below, cost * scale, np.float32(np.inf))
