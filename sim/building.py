@@ -7,6 +7,9 @@ from dataclasses import dataclass
 
 from occmap.geometry import Pose2
 
+Bounds = tuple[float, float, float, float]
+"""low x, low y, high x, high y in metres."""
+
 
 @dataclass(frozen=True, slots=True)
 class Box:
@@ -20,6 +23,12 @@ class Box:
     height_m: float = 1.0
     kind: str = "wall"  # wall, furniture, column, shelf, ...: decides the colour, nothing else
 
+    def bounds(self) -> Bounds:
+        """The axis-aligned rectangle around it."""
+        c, s = abs(math.cos(self.yaw_rad)), abs(math.sin(self.yaw_rad))
+        x, y = c * self.half_x_m + s * self.half_y_m, s * self.half_x_m + c * self.half_y_m
+        return self.x_m - x, self.y_m - y, self.x_m + x, self.y_m + y
+
 
 @dataclass(frozen=True, slots=True)
 class Cylinder:
@@ -30,6 +39,11 @@ class Cylinder:
     radius_m: float
     height_m: float = 1.0
     kind: str = "furniture"
+
+    def bounds(self) -> Bounds:
+        """The axis-aligned rectangle around it."""
+        r = self.radius_m
+        return self.x_m - r, self.y_m - r, self.x_m + r, self.y_m + r
 
 
 Solid = Box | Cylinder

@@ -1,0 +1,176 @@
+"""Puts furniture into a room: along its walls or freely, never in front of a door, never half a gap."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from sim.building import Bounds, Box, Solid
+from sim.generators import furniture as f
+from sim.generators.spaces import DOOR_M, Opening, Space
+
+GAP_M = 0.7
+"""Two things either touch or leave this much: a gap is plainly passable or plainly none."""
+DOOR_DEPTH_M = 1.0
+"""Floor kept clear on either side of a doorway."""
+COVER = (0.075, 0.115)
+"""A room is filled until its furniture stands on a share of the floor drawn from here."""
+MOST_COVER = 0.145
+LEAST_COVER = 0.055
+ATTEMPTS = 150
+
+WALL_PIECES: dict[str, tuple[f.Maker, ...]] = {
+    "office": (f.desk, f.desk, f.cabinet, f.bookcase, f.wall_table),
+    "open plan": (f.cabinet, f.bookcase, f.desk),
+    "meeting": (f.sideboard, f.cabinet, f.bookcase),
+    "kitchen": (f.counter, f.fridge, f.cabinet, f.wall_table),
+    "store": (f.rack, f.rack, f.cabinet, f.wall_table),
+    "lounge": (f.sofa, f.sideboard, f.armchair_pair, f.bookcase),
+    "living": (f.sofa, f.sideboard, f.bookcase, f.armchair, f.desk),
+    "bedroom": (f.wardrobe, f.desk, f.bookcase, f.single_bed),
+    "bath": (f.wash_stand, f.washing_machine, f.toilet),
+}
+FIRST_PIECE: dict[str, f.Maker] = {
+    "office": f.desk,
+    "kitchen": f.counter,
+    "store": f.rack,
+    "lounge": f.sofa,
+    "living": f.sofa,
+    "bedroom": f.bed,
+    "bath": f.bath_tub,
+}
+FREE_PIECES: dict[str, tuple[f.Maker, ...]] = {
+    "open plan": (f.desk_island, f.desk_island, f.table_with_chairs),
+    "meeting": (f.table_with_chairs,),
+    "kitchen": (f.table_with_chairs,),
+    "lounge": (f.coffee_table, f.table_with_chairs),
+    "living": (f.coffee_table, f.table_with_chairs),
+}
+
+
+@dataclass
+class Furnishing:
+    """One room being furnished: what stands already, and what must stay clear."""
+
+    floor: Bounds
+    keep_clear: list[Bounds]
+    standing: list[Bounds]
+    solids: list[Solid]
+
+    @property
+    def area_m2(self) -> float:
+        x0, y0, x1, y1 = self.floor
+        return (x1 - x0) * (y1 - y0)
+
+    @property
+    def cover(self) -> float:
+        return sum(f.footprint_m2(s) for s in self.solids) / self.area_m2
+
+    def add(self, piece: f.Piece, low: tuple[float, float], quarter_turns: int) -> bool:
+        """Stand a piece with its lower-left corner at low, if nothing speaks against it."""
+        width, depth = piece.width_m, piece.depth_m
+        size = (width, depth) if quarter_turns % 2 == 0 else (depth, width)
+        bounds = (low[0], low[1], low[0] + size[0], low[1] + size[1])
+        if any(_gap(bounds, other) < 0.0 for other in self.keep_clear):
+            return False
+        if any(not _is_fair(_gap(bounds, other)) for other in self.standing):
+            return False
+        if self.cover + piece.area_m2() / self.area_m2 > MOST_COVER:
+            return False
+        self.standing.append(bounds)
+        self.solids += [_turned(solid, piece, low, quarter_turns) for solid in piece.solids]
+        return True
+
+
+def furnish(space: Space, openings: Sequence[Opening], rng: np.random.Generator) -> list[Solid]:
+    """Furniture for a room of this kind; an empty list if it would not even cover LEAST_COVER."""
+    room = Furnishing(space.floor(), door_zones(space, openings), [], [])
+    target = rng.uniform(*COVER)
+    free = FREE_PIECES.get(space.kind, ())
+    first = FIRST_PIECE.get(space.kind)
+    if first is not None:
+        for _ in range(20):
+            if add_along_wall(room, first(rng), rng):
+                break
+    for _ in range(ATTEMPTS):
+        if room.cover >= target:
+            break
+        if free and rng.random() < 0.4:
+            add_freely(room, free[rng.integers(len(free))](rng), rng)
+        else:
+            pieces = WALL_PIECES[space.kind]
+            add_along_wall(room, pieces[rng.integers(len(pieces))](rng), rng)
+    return room.solids if room.cover >= LEAST_COVER else []
+
+
+def add_along_wall(room: Furnishing, piece: f.Piece, rng: np.random.Generator) -> bool:
+    """Try one place with the piece's back at a wall: in a corner, beside another piece, or anywhere."""
+    x0, y0, x1, y1 = room.floor
+    side = int(rng.integers(4))  # quarter turns of the piece: its back to the south, east, north, west
+    length, depth = (x1 - x0, y1 - y0) if side % 2 == 0 else (y1 - y0, x1 - x0)
+    spare = length - piece.width_m
+    if spare < 0.0 or depth - piece.depth_m < GAP_M:
+        return False
+    along = [0.0, spare]
+    if spare > 2.0 * GAP_M:
+        along += [round(rng.uniform(GAP_M, spare - GAP_M), 2) for _ in range(2)]
+    for low_x, low_y, high_x, high_y in room.standing:
+        a, b = (low_x - x0, high_x - x0) if side % 2 == 0 else (low_y - y0, high_y - y0)
+        along += [b, a - piece.width_m]
+    s = along[rng.integers(len(along))]
+    if not (s == 0.0 or s == spare or GAP_M <= s <= spare - GAP_M):
+        return False
+    low = {
+        0: (x0 + s, y0),
+        1: (x1 - piece.depth_m, y0 + s),
+        2: (x0 + s, y1 - piece.depth_m),
+        3: (x0, y0 + s),
+    }[side]
+    return room.add(piece, low, side)
+
+
+def add_freely(room: Furnishing, piece: f.Piece, rng: np.random.Generator) -> bool:
+    """Try one place away from the walls."""
+    x0, y0, x1, y1 = room.floor
+    turns = int(rng.integers(2))
+    size = (piece.width_m, piece.depth_m) if turns == 0 else (piece.depth_m, piece.width_m)
+    spare = (x1 - x0 - size[0] - 2.0 * GAP_M, y1 - y0 - size[1] - 2.0 * GAP_M)
+    if min(spare) < 0.0:
+        return False
+    low = [round(o + GAP_M + rng.uniform(0.0, s), 2) for o, s in zip((x0, y0), spare, strict=True)]
+    return room.add(piece, (max(low[0], x0 + GAP_M), max(low[1], y0 + GAP_M)), turns)
+
+
+def door_zones(space: Space, openings: Sequence[Opening]) -> list[Bounds]:
+    """The floor before and behind each doorway in this space's walls."""
+    zones = []
+    half = 0.5 * DOOR_M + 0.15
+    x0, y0, x1, y1 = space.x0, space.y0, space.x1, space.y1
+    for opening in openings:
+        middle, at = 0.5 * (opening.low + opening.high), opening.wall.at
+        if opening.wall.is_along_x and at in (y0, y1) and x0 < middle < x1:
+            zones.append((middle - half, at - DOOR_DEPTH_M, middle + half, at + DOOR_DEPTH_M))
+        if not opening.wall.is_along_x and at in (x0, x1) and y0 < middle < y1:
+            zones.append((at - DOOR_DEPTH_M, middle - half, at + DOOR_DEPTH_M, middle + half))
+    return zones
+
+
+def _gap(a: Bounds, b: Bounds) -> float:
+    """Metres between two rectangles along the axis that parts them most; negative if they overlap."""
+    return max(a[0] - b[2], b[0] - a[2], a[1] - b[3], b[1] - a[3])
+
+
+def _is_fair(gap_m: float) -> bool:
+    return gap_m >= GAP_M - 1e-6 or abs(gap_m) < 1e-6
+
+
+def _turned(solid: Solid, piece: f.Piece, low: tuple[float, float], quarter_turns: int) -> Solid:
+    """A piece's solid in the world, after counter-clockwise quarter turns of the piece."""
+    u, v, w, d = solid.x_m, solid.y_m, piece.width_m, piece.depth_m
+    x, y = {0: (u, v), 1: (d - v, u), 2: (w - u, d - v), 3: (v, w - u)}[quarter_turns]
+    placed = replace(solid, x_m=round(low[0] + x, 6), y_m=round(low[1] + y, 6))
+    if isinstance(placed, Box) and quarter_turns % 2 == 1:
+        return replace(placed, half_x_m=placed.half_y_m, half_y_m=placed.half_x_m)
+    return placed
