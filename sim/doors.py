@@ -1,0 +1,53 @@
+"""Doors that close while a robot is about."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from sim.building import Door
+from sim.solids import Floats, SolidArrays
+
+
+class ClosingDoors:
+    """Panels that rise out of the floor like bollards, and stay up.
+
+    A panel takes about a second. While the robot's body is closer than `keep_off_m` it waits, at whatever height
+    it has reached: it never rises into the robot, nor where the robot would arrive before the panel stands tall
+    enough for the lidar to see it.
+    """
+
+    def __init__(self, doors: Sequence[Door], rise_mps: float = 1.0, keep_off_m: float = 0.3) -> None:
+        self._panels = SolidArrays.of([door.panel for door in doors])
+        self._rise_mps = rise_mps
+        self._keep_off_m = keep_off_m
+        self.height_m: Floats = np.zeros(len(doors))  # (n,) how far each stands out of the floor
+        self.standing = self._panels.take(np.zeros(0, dtype=np.int64))
+
+    @property
+    def all_closed(self) -> bool:
+        """Whether every panel is all the way up."""
+        return bool(np.all(self.height_m >= self._panels.height_m))
+
+    @property
+    def sunk_m(self) -> Floats:
+        """(n,) how much of each panel is still below the floor."""
+        return self._panels.height_m - self.height_m
+
+    def advance(self, dt_s: float, x_m: float, y_m: float, body_radius_m: float) -> None:
+        """Raise what may rise, with the robot's body standing at a place."""
+        in_the_way = self._panels.distance_m(x_m, y_m) < body_radius_m + self._keep_off_m
+        raised = np.minimum(self.height_m + self._rise_mps * dt_s, self._panels.height_m)
+        self.height_m = np.where(in_the_way, self.height_m, raised)
+        up = np.flatnonzero(self.height_m > 0.0)
+        self.standing = replace(self._panels.take(up), height_m=self.height_m[up])
+
+
+def doors_to_close(doors: Sequence[Door], numbers: Sequence[int]) -> list[Door]:
+    """The doors with these numbers; all of them, if none is named."""
+    for number in numbers:
+        if number >= len(doors):
+            raise ValueError(f"no door number {number}: the building has {len(doors)}, numbered from 0")
+    return [doors[number] for number in numbers] if numbers else list(doors)

@@ -1,0 +1,35 @@
+"""Where a body has been lately."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+
+class Trail:
+    """The last poses of a free body, to be read between the samples."""
+
+    def __init__(self, length: int = 64) -> None:
+        self._samples: deque[tuple[float, list[float]]] = deque(maxlen=length)
+
+    def record(self, time_s: float, qpos: Floats) -> None:
+        """Keep one sample: position (x, y, z) and orientation (w, x, y, z)."""
+        self._samples.append((time_s, qpos[:7].tolist()))
+
+    def at(self, times_s: Floats) -> Floats:
+        """(n, 3) x, y and yaw at n times; the first or the last sample where a time lies outside of the trail."""
+        known_s = [time for time, _ in self._samples]
+        poses = np.array([(pose[0], pose[1], yaw_of(pose)) for _, pose in self._samples])
+        poses[:, 2] = np.unwrap(poses[:, 2])
+        return np.column_stack([np.interp(times_s, known_s, poses[:, axis]) for axis in range(3)])
+
+
+def yaw_of(pose: list[float]) -> float:
+    """The heading of a pose of 7 numbers, about the vertical."""
+    _, _, _, w, x, y, z = pose
+    return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))

@@ -1,0 +1,158 @@
+"""A building with a robot in it, moved by physics alone."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import mujoco
+
+from occmap.geometry import Pose2, Twist2
+from sim.building import Building, Door
+from sim.collisions import Collisions
+from sim.doors import ClosingDoors, doors_to_close
+from sim.faults import FaultsConfig, PhysicsFault
+from sim.lift import Lift
+from sim.scene import add_solid, building_scene
+from sim.solids import Nearby, SolidArrays
+from sim.trail import Trail, yaw_of
+
+MAX_CLEARANCE_M = 5.0
+"""Nothing farther away than this is looked at when the body's clearance is measured."""
+
+
+class World:
+    """Steps the physics, counts collisions at every step, and lets the configured mishaps happen.
+
+    `drive` sets the speeds that the two wheel motors aim for; nothing else moves the robot.
+    """
+
+    def __init__(self, building: Building, faults: FaultsConfig | None = None) -> None:
+        self.building = building
+        self.faults = faults or FaultsConfig()
+        self.solids = SolidArrays.of(building.solids)
+        self._nearby = Nearby(self.solids, MAX_CLEARANCE_M)
+        closing: Sequence[Door] = ()
+        if self.faults.close_doors_at_s is not None:
+            closing = doors_to_close(building.doors, self.faults.close_doors)
+        self.model = _compile(building, closing)
+        self.data = mujoco.MjData(self.model)
+        mujoco.mj_forward(self.model, self.data)
+        self.doors = ClosingDoors(closing)
+        self.collisions = Collisions(self.model.opt.timestep)
+        self.step_s: float = self.model.opt.timestep
+        self._steps = 0
+        self.trail = Trail()
+        self.trail.record(self.time_s, self.data.qpos)
+        self._lift = Lift(self.model)
+        self._touching = self.data.sensor("touching").data
+        self._wheels = [int(self.model.joint(name).qposadr[0]) for name in ("left_wheel", "right_wheel")]
+
+    @property
+    def time_s(self) -> float:
+        """Seconds since the world began."""
+        return self._steps * self.step_s  # data.time adds up rounding errors
+
+    @property
+    def world_from_robot(self) -> Pose2:
+        """Where the robot truly is."""
+        pose = self.data.qpos[:7].tolist()
+        return Pose2(pose[0], pose[1], yaw_of(pose))
+
+    @property
+    def twist(self) -> Twist2:
+        """How the body truly moves: forward and about the vertical."""
+        vx, vy, _, _, _, wz = self.data.qvel[:6].tolist()
+        yaw = self.world_from_robot.yaw_rad
+        return Twist2(vx * math.cos(yaw) + vy * math.sin(yaw), wz)
+
+    @property
+    def wheel_angles_rad(self) -> tuple[float, float]:
+        """How far the left and the right wheel have turned since the world began."""
+        left, right = self._wheels
+        return float(self.data.qpos[left]), float(self.data.qpos[right])
+
+    @property
+    def panels(self) -> SolidArrays:
+        """Closing doors as far as they stand in the way now."""
+        return self.doors.standing
+
+    @property
+    def body_radius_m(self) -> float:
+        """The radius of the upright cylinder that encloses the robot."""
+        return float(self.model.geom("chassis").size[0])
+
+    @property
+    def wheel_radius_m(self) -> float:
+        """The radius of both wheels, as built."""
+        return float(self.model.geom("left_wheel").size[0])
+
+    @property
+    def track_m(self) -> float:
+        """The distance between the wheels' points of contact, as built."""
+        return float(self.model.body("left_wheel").pos[1] - self.model.body("right_wheel").pos[1])
+
+    def lidar_mount(self) -> tuple[Pose2, float]:
+        """robot_from_lidar, and the lidar's height above the floor in metres."""
+        site = self.model.site("lidar")
+        return Pose2(float(site.pos[0]), float(site.pos[1]), yaw_of([0.0, 0.0, 0.0, *site.quat])), float(
+            site.pos[2]
+        )
+
+    def clearance_m(self) -> float:
+        """From the body to the nearest solid, at most MAX_CLEARANCE_M; slightly negative while pressed on one."""
+        x_m, y_m = self.world_from_robot.position
+        near = [self._nearby.around(x_m, y_m), self.panels]
+        gaps = [solids.distance_m(x_m, y_m).min() - self.body_radius_m for solids in near if len(solids)]
+        return float(min([MAX_CLEARANCE_M, *gaps]))
+
+    def drive(self, left_radps: float, right_radps: float) -> None:
+        """Set the speeds that the wheels' motors aim for."""
+        self.data.ctrl[0] = left_radps
+        self.data.ctrl[1] = right_radps
+
+    def advance(self, steps: int) -> None:
+        """Let a number of physics steps pass, and raise PhysicsFault if something is wrong afterwards."""
+        self._let_things_happen(steps * self.step_s)
+        model, data, touching, step = self.model, self.data, self._touching, mujoco.mj_step
+        for _ in range(steps):  # in Python: one call for all steps would hide the contacts in between
+            step(model, data)
+            if touching[0]:
+                self.collisions.count(data.time)
+        self._steps += steps
+        self.trail.record(self.time_s, data.qpos)
+        self._check()
+
+    def _let_things_happen(self, dt_s: float) -> None:
+        faults = self.faults
+        self._lift.set(self.data, faults.lifted(self.time_s))
+        if faults.close_doors_at_s is None or self.time_s < faults.close_doors_at_s or self.doors.all_closed:
+            return
+        here = self.world_from_robot
+        self.doors.advance(dt_s, here.x_m, here.y_m, self.body_radius_m)
+        self.data.mocap_pos[:, 2] = -self.doors.sunk_m
+
+    def _check(self) -> None:
+        warned = [name for name, kind in _WARNINGS if self.data.warning[kind].number]
+        finite = math.isfinite(sum(self.data.qpos.tolist()) + sum(self.data.qvel.tolist()))
+        if warned or not finite:
+            reason = ", ".join(warned) or "the state is not finite"
+            raise PhysicsFault(
+                f"physics fault at t = {self.time_s:.3f} s: {reason}; "
+                f"qpos = {self.data.qpos.tolist()}, qvel = {self.data.qvel.tolist()}"
+            )
+
+
+_WARNINGS = [
+    (name, int(kind)) for name, kind in mujoco.mjtWarning.__members__.items() if name != "mjNWARNING"
+]
+
+
+def _compile(building: Building, closing: Sequence[Door]) -> mujoco.MjModel:
+    spec = building_scene(building)
+    for number, door in enumerate(closing):
+        panel = replace(door.panel, kind="door")
+        body = spec.worldbody.add_body(name=f"door_{number}", mocap=True, pos=[0.0, 0.0, -panel.height_m])
+        add_solid(body, panel)
+    return spec.compile()
