@@ -14,6 +14,10 @@ from occmap.geometry import Points
 Cells = NDArray[np.int64]
 """(n, 2) cell indices (ix, iy) = (column, row)."""
 
+BORDER = 1e-9
+"""In cells: a point this close below a cell's border counts as on it. Without it, rounding decides in
+which cell the robot's start (0, 0) lies, differently before and after the grid has grown."""
+
 
 class Belief(IntEnum):
     """What a cell is taken for: the values of OccupancyGrid.state."""
@@ -52,9 +56,13 @@ class GridFrame:
         if not (math.isfinite(self.resolution_m) and self.resolution_m > 0.0):
             raise ValueError(f"resolution_m must be positive, got {self.resolution_m}")
 
+    def in_cells(self, points: Points) -> Points:
+        """(n, 2) metres -> (n, 2) the same places in units of cells, from the corner of cell (0, 0)."""
+        return (points - np.asarray(self.origin_m)) / self.resolution_m + BORDER
+
     def cell_from_map(self, points: Points) -> Cells:
         """(n, 2) metres -> (n, 2) cells (ix, iy). Floors, also left of the origin."""
-        return np.floor((points - np.asarray(self.origin_m)) / self.resolution_m).astype(np.int64)
+        return np.floor(self.in_cells(points)).astype(np.int64)
 
     def map_from_cell(self, cells: Cells) -> Points:
         """(n, 2) cells (ix, iy) -> (n, 2) metres, the cells' centres."""
@@ -63,8 +71,8 @@ class GridFrame:
     def cell_at(self, x_m: float, y_m: float) -> tuple[int, int]:
         """The cell (ix, iy) that holds one point."""
         return (
-            math.floor((x_m - self.origin_m[0]) / self.resolution_m),
-            math.floor((y_m - self.origin_m[1]) / self.resolution_m),
+            math.floor((x_m - self.origin_m[0]) / self.resolution_m + BORDER),
+            math.floor((y_m - self.origin_m[1]) / self.resolution_m + BORDER),
         )
 
     def centre_of(self, ix: int, iy: int) -> tuple[float, float]:

@@ -1,0 +1,140 @@
+"""Spends scans on the grid: one Scan at one Pose2, and what that changed."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from occmap.geometry import Points, Pose2
+from occmap.grid import Belief, CellBox, Cells, OccupancyGrid
+from occmap.scan import Scan
+from occmap.sensor_model import SensorModelConfig
+
+MAX_BEAMS = 65534
+"""Votes are counted in 16 bits, and every beam crosses the sensor's own cell."""
+
+
+@dataclass(frozen=True)
+class GridChange:
+    """The cells whose state one scan changed, in the grid's current frame.
+
+    If `grew`, the arrays moved (or the grid is another one): whoever keeps a layer aligned with the
+    grid starts afresh.
+    """
+
+    grew: bool
+    flat_cells: NDArray[np.int32]  # (n,) indices into grid.state.ravel()
+    was: NDArray[np.uint8]  # (n,) the state each had before
+    state: NDArray[np.uint8]  # (ny, nx) the grid's state array, alive
+
+    @staticmethod
+    def of_everything(grid: OccupancyGrid) -> GridChange:
+        """The change from nothing to this grid: for a grid that was swapped in whole."""
+        known = np.flatnonzero(grid.state).astype(np.int32)
+        return GridChange(True, known, np.zeros(len(known), np.uint8), grid.state)
+
+    @property
+    def cells(self) -> Cells:
+        """(n, 2) cells (ix, iy) whose state changed."""
+        iy, ix = np.divmod(self.flat_cells.astype(np.int64), self.state.shape[1])
+        return np.column_stack((ix, iy))
+
+    @cached_property
+    def state_box(self) -> CellBox:
+        """Bounds every cell whose state changed."""
+        return _bounds(self.cells)
+
+    @cached_property
+    def occupied_box(self) -> CellBox:
+        """Bounds every cell that became occupied or ceased to be."""
+        now = self.state.ravel()[self.flat_cells]
+        return _bounds(self.cells[(self.was == Belief.OCCUPIED) | (now == Belief.OCCUPIED)])
+
+
+def _bounds(cells: Cells) -> CellBox:
+    if len(cells) == 0:
+        return CellBox(0, 0, 0, 0)
+    (ix0, iy0), (ix1, iy1) = cells.min(axis=0), cells.max(axis=0)
+    return CellBox(int(ix0), int(iy0), int(ix1) + 1, int(iy1) + 1)
+
+
+class Mapper:
+    """Turns ranges into votes and votes into belief; keeps grid.state in step with grid.log_odds."""
+
+    def __init__(self, config: SensorModelConfig | None = None) -> None:
+        from occmap import mapper_kernels  # compiled on first use, not on import
+
+        self.config = config or SensorModelConfig()
+        self._kernels = mapper_kernels
+        self._window = np.zeros(0, np.uint16)
+        self._flips = np.empty(0, np.int32)
+        self._was = np.empty(0, np.uint8)
+
+    def insert(self, scan: Scan, map_from_lidar: Pose2, grid: OccupancyGrid) -> GridChange:
+        """Spend one scan taken at this pose. The grid grows first, no farther than the beams reach."""
+        points, hit, low_m, high_m = self._beams_in_map(scan, map_from_lidar, grid.config.resolution_m)
+        grew = grid.grow_to_contain(low_m, high_m)
+        (ix0, iy0), (ix1, iy1) = grid.frame.cell_at(*low_m), grid.frame.cell_at(*high_m)
+        patch = self._kernels.Patch(ix0, iy0, rows=iy1 - iy0 + 1, stride=ix1 - ix0 + 1)
+        self._make_room(patch.rows * patch.stride)
+        in_window = grid.frame.in_cells(points) - (ix0, iy0)
+        model = self._model(grid)
+        hits = np.empty(_most_hits(in_window, model), np.int64)
+        n = self._kernels.integrate(
+            self._window, patch, grid.log_odds, grid.state, in_window, hit, model, hits, self._flips, self._was
+        )
+        return GridChange(grew, self._flips[:n].copy(), self._was[:n].copy(), grid.state)
+
+    def _beams_in_map(self, scan: Scan, map_from_lidar: Pose2, resolution_m: float):
+        """Sensor and beam ends (1 + n, 2) in metres, which ends are hits (n,), and a box that holds all votes."""
+        if len(scan.ranges_m) > MAX_BEAMS:
+            raise ValueError(f"a scan may have at most {MAX_BEAMS} beams, got {len(scan.ranges_m)}")
+        reach_m = min(scan.max_range_m, self.config.usable_range_m)
+        points, hit, (low_x, low_y, high_x, high_y) = self._kernels.beam_ends(
+            scan.bearings_rad,
+            scan.ranges_m,
+            scan.min_range_m,
+            reach_m,
+            map_from_lidar.x_m,
+            map_from_lidar.y_m,
+            map_from_lidar.yaw_rad,
+        )
+        beyond_m = self.config.obstacle_thickness_m + resolution_m  # no rounding may leave the box
+        beyond_m += (reach_m + beyond_m) * math.tan(self.config.beam_width_rad / 2.0)
+        low_m, high_m = (low_x - beyond_m, low_y - beyond_m), (high_x + beyond_m, high_y + beyond_m)
+        return points, hit, low_m, high_m
+
+    def _model(self, grid: OccupancyGrid):
+        hit, miss = self.config.increments(grid.config.prior)
+        alpha = self.config.obstacle_thickness_m / grid.config.resolution_m
+        is_cone = self.config.beam_width_rad > 0.0
+        return self._kernels.Model(
+            hit=np.float32(hit),
+            miss=np.float32(miss),
+            clamp=np.float32(grid.config.clamp),
+            free_below=grid.free_below,
+            occupied_above=grid.occupied_above,
+            one_vote=self.config.one_vote_per_scan,
+            alpha=max(alpha, 0.5) if is_cone else alpha,  # half a cell closes the gaps in a cone's arc
+            half_width=self.config.beam_width_rad / 2.0,
+        )
+
+    def _make_room(self, cells: int) -> None:
+        if len(self._window) < cells:
+            self._window = np.zeros(cells, np.uint16)
+            self._flips = np.empty(cells, np.int32)
+            self._was = np.empty(cells, np.uint8)
+
+
+def _most_hits(in_window: Points, model) -> int:
+    """An upper bound on the cells that one scan can hit: bands 2 alpha deep and as wide as the cones."""
+    beams = len(in_window) - 1
+    if beams == 0:
+        return 0
+    longest = float(np.abs(in_window[1:] - in_window[0]).max()) * math.sqrt(2.0) + model.alpha
+    width = 2.0 * longest * math.tan(model.half_width)
+    return beams * math.ceil(2.0 * model.alpha + 3.0) * math.ceil(width + 3.0)
