@@ -45,7 +45,9 @@ def _dataclass(cls: Any, data: Any, where: str) -> Any:
     names = [field.name for field in dataclasses.fields(cls)]
     unknown = sorted(set(data) - set(names))
     if unknown:
-        raise ValueError(f"{where}: unknown key {', '.join(map(repr, unknown))}; valid ones: {', '.join(names)}")
+        raise ValueError(
+            f"{where}: unknown key {', '.join(map(repr, unknown))}; valid ones: {', '.join(names)}"
+        )
     hints = typing.get_type_hints(cls)
     values = {name: _value(hints[name], value, f"{where}: {name}") for name, value in data.items()}
     try:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from occmap.decision import Status
+
 if TYPE_CHECKING:
     from experiments.episode import Step
     from experiments.scoring import MapScore, Scorer
@@ -23,7 +25,7 @@ class Sample:
 
 
 class ScoreCurve:
-    """A recorder that scores the map every period_s of simulated time.
+    """A recorder that scores the map every period_s of simulated time, and at the end.
 
     Scoring a whole map costs milliseconds, so it is not done at every scan. Recorders that show a
     score read `latest`; those that draw curves read `samples`.
@@ -40,12 +42,15 @@ class ScoreCurve:
         return self.samples[-1]
 
     def record(self, step: Step) -> None:
-        """Score this step if it is due."""
-        if not self.samples or step.truth.time_s >= self.latest.time_s + self._period_s - 1e-9:
+        """Score this step if it is due or the explorer's last."""
+        is_due = not self.samples or step.truth.time_s >= self.latest.time_s + self._period_s - 1e-9
+        if is_due or step.decision.status is not Status.EXPLORING:
             self.sample(step)
 
     def sample(self, step: Step) -> None:
-        """Score this step now."""
+        """Score this step now, unless it has been."""
+        if self.samples and self.latest.time_s == step.truth.time_s:
+            return
         estimate = self._scorer.world_from_map @ step.decision.map_from_robot
         self.samples.append(
             Sample(

@@ -3,7 +3,7 @@
 The belief is read at the centre of each cell of the truth grid, the map placed in the world by the
 true start pose alone. With E the explorable cells, the *rim* those of E within one cell (8
 neighbours) of a wall (noise and rounding may put a surface on either side of a cell's border, so
-there either answer counts), and the visible wall surface W the wall cells beside (4 neighbours) an
+there either answer counts), and the visible wall surface W the wall cells within one cell of an
 explorable one:
 
 - explored = (E believed free + rim believed occupied) / E
@@ -18,7 +18,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,12 +25,7 @@ from scipy import ndimage
 
 from occmap.geometry import Pose2
 from occmap.grid import Belief, GridFrame, OccupancyGrid
-
-if TYPE_CHECKING:
-    from sim.truth import TruthGrid
-
-Mask = NDArray[np.bool_]
-"""(ny, nx) on the truth grid."""
+from sim.truth import Mask, TruthGrid, rim, surface
 
 
 @dataclass(frozen=True)
@@ -62,8 +56,8 @@ class Scorer:
         self._explorable_cells = int(explorable.sum())
         if not self._explorable_cells:
             raise ValueError(f"nothing can be explored from {world_from_map}: no free cell is in sight")
-        self._rim = explorable & near(truth.wall)
-        self._surface = truth.wall & beside(explorable)
+        self._rim = explorable & rim(truth.wall)
+        self._surface = surface(truth.wall, explorable)
         self._read_at = np.nonzero(near(near(explorable)))
         centres = self.frame.map_from_cell(np.column_stack(self._read_at[::-1]))
         self._centres_in_map = world_from_map.inverse().apply(centres)
@@ -99,13 +93,13 @@ class Scorer:
         known = count(self.explorable & (free | occupied))
         missed = self._surface & ~near_occupied
         wrong = count(self.explorable & ~self._rim & occupied) + count(missed & (free | occupied))
-        surface = count(self._surface)
+        to_see = count(self._surface)
         mean_m, p95_m = self._wall_error_m(grid)
         return MapScore(
             explored=explored / self._explorable_cells,
             known=known / self._explorable_cells,
             wrong=wrong / self._explorable_cells,
-            wall_recall=1.0 - count(missed) / surface if surface else 1.0,
+            wall_recall=1.0 - count(missed) / to_see if to_see else 1.0,
             wall_error_mean_m=mean_m,
             wall_error_p95_m=p95_m,
             wrong_cells=wrong,
@@ -128,11 +122,6 @@ class Scorer:
 def near(mask: Mask) -> Mask:
     """Cells of the mask and their 8 neighbours."""
     return _spread(_spread(mask, axis=0), axis=1)
-
-
-def beside(mask: Mask) -> Mask:
-    """Cells of the mask and their 4 neighbours."""
-    return _spread(mask, axis=0) | _spread(mask, axis=1)
 
 
 def _spread(mask: Mask, axis: int) -> Mask:

@@ -1,13 +1,12 @@
 """The scores on small maps whose faults are known."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
-from experiments.scoring import Scorer, beside, near
+from experiments.scoring import Scorer, near
 from occmap.geometry import Pose2
 from occmap.grid import Belief, GridConfig, OccupancyGrid
+from sim.truth import TruthGrid
 
 RESOLUTION_M = 0.1
 
@@ -29,8 +28,7 @@ def map_of(belief: np.ndarray) -> OccupancyGrid:
 
 def scorer(wall: np.ndarray, start: Pose2 | None = None) -> Scorer:
     start = start or Pose2.identity()
-    truth = SimpleNamespace(wall=wall, resolution_m=RESOLUTION_M, origin_m=start.position)
-    return Scorer(truth, ~wall, start)  # pyright: ignore[reportArgumentType]
+    return Scorer(TruthGrid(RESOLUTION_M, start.position, wall), ~wall, start)
 
 
 def perfect(wall: np.ndarray) -> np.ndarray:
@@ -69,8 +67,8 @@ def test_an_erased_wall_is_missed_and_wrong():
     belief = perfect(room())
     belief[0, :] = Belief.FREE
     score = scorer(room()).score(map_of(belief))
-    # of the 18 cells facing the room, the outer two still have the side walls within one cell
-    assert score.wall_recall == pytest.approx(1 - 16 / 72)
+    # of its 20 cells the outer two on each side still have the side walls within one cell
+    assert score.wall_recall == pytest.approx(1 - 16 / 76)
     assert score.wrong == pytest.approx(16 / 18**2)
 
 
@@ -84,6 +82,5 @@ def test_neighbourhoods():
     dot = np.zeros((5, 5), bool)
     dot[2, 2] = True
     assert near(dot).sum() == 9
-    assert beside(dot).sum() == 5
     dot[2, 2], dot[0, 0] = False, True
     assert near(dot).sum() == 4

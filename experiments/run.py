@@ -1,0 +1,91 @@
+"""One experiment from its first scan to its last, watched, timed and scored."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from experiments.curves import ScoreCurve
+from experiments.episode import Step, episode
+from experiments.experiment import Experiment
+from experiments.outcome import Outcome
+from experiments.recorders import Recorder
+from experiments.stopwatch import Stopwatch
+from experiments.trajectory import TrajectoryLog
+from sim.faults import PhysicsFault
+
+
+@dataclass(frozen=True)
+class Run:
+    """All that is left of an experiment when it is over."""
+
+    experiment: Experiment
+    outcome: Outcome
+    last: Step
+    curve: ScoreCurve
+    trajectory: TrajectoryLog
+    min_clearance_m: float
+    stopwatch: Stopwatch
+    loop_s: float
+    """Wall time of the see-think-act loop and its recorders; truth and scoring are left out."""
+    fault: str = ""
+    """What went wrong, if the outcome is PHYSICS_FAULT."""
+
+
+def run(
+    experiment: Experiment,
+    recorders: Callable[[ScoreCurve], Sequence[Recorder]] = lambda curve: (),
+    stop: Callable[[], bool] = lambda: False,
+) -> Run:
+    """Explore until the end, or until `stop` says so between two scans.
+
+    The recorders are made here, once the curve that they may read exists, and closed here.
+    """
+    curve = ScoreCurve(experiment.scorer)
+    trajectory = TrajectoryLog(experiment.world_from_map)
+    stopwatch = experiment.stopwatch
+    watchers = recorders(curve)
+    fault, interrupted, min_clearance_m = "", False, float("inf")
+    last: Step | None = None
+    begun = time.perf_counter()
+    try:
+        for last in episode(experiment.robot, experiment.explorer, experiment.config.time_limit_s, stopwatch):
+            min_clearance_m = min(min_clearance_m, last.truth.clearance_m)
+            with stopwatch.lap("scoring"):
+                curve.record(last)
+                trajectory.record(last)
+            with stopwatch.lap("recording"):
+                for watcher in watchers:
+                    watcher.record(last)
+            if interrupted := stop():
+                break
+    except PhysicsFault as error:
+        fault = str(error)
+    finally:
+        loop_s = time.perf_counter() - begun - stopwatch.total_s("scoring") - stopwatch.total_s("truth")
+        _close(watchers)
+    assert last is not None, "the first scan comes before the first physics step and the time limit"
+    with stopwatch.lap("scoring"):
+        curve.sample(last)
+    outcome = _outcome(last, bool(fault), interrupted)
+    return Run(experiment, outcome, last, curve, trajectory, min_clearance_m, stopwatch, loop_s, fault)
+
+
+def _outcome(last: Step, is_fault: bool, is_interrupted: bool) -> Outcome:
+    if is_fault:
+        return Outcome.PHYSICS_FAULT
+    ended = Outcome.of(last.decision.status)
+    return Outcome.INTERRUPTED if is_interrupted and ended is Outcome.TIME_LIMIT else ended
+
+
+def _close(watchers: Sequence[Recorder]) -> None:
+    """Close every one of them, also if one fails."""
+    failures: list[Exception] = []
+    for watcher in watchers:
+        try:
+            watcher.close()
+        except Exception as failure:  # the others' files must not be lost to it
+            failures.append(failure)
+    if failures:
+        raise failures[0]

@@ -1,0 +1,175 @@
+"""summary.json: what a run amounts to. A stable contract: fields may be added, never change meaning."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import platform
+import resource
+import struct
+from dataclasses import dataclass
+from importlib import metadata
+from typing import Any
+
+import numpy as np
+
+from experiments.curves import Sample
+from experiments.honesty import is_honest
+from experiments.run import Run
+from experiments.stopwatch import Stopwatch
+from experiments.trajectory import absolute_error_m, drift_per_m
+from occmap.grid import OccupancyGrid
+
+MEASURED = ("wall_time_s", "real_time_factor", "wall_time_by_stage_s", "decision_ms", "peak_memory_mb")
+"""The fields that depend on the machine and the moment; all others follow from the config."""
+STAGES = ("physics", "lidar", "localization", "mapping", "frontiers", "planning", "recording")
+"""Of the see-think-act loop."""
+APART = ("building", "warm_up", "truth", "scoring")
+"""Timed too, but not part of wall_time_s."""
+MILESTONES = (50, 90, 95, 99)
+"""Per cent explored."""
+
+
+@dataclass(frozen=True)
+class Summary:
+    """One field of summary.json each; see the README for what they mean."""
+
+    status: str
+    honest: bool
+    explored: float
+    known: float
+    wrong: float
+    wall_recall: float
+    wall_error_m: dict[str, float]
+    explorable_area_m2: float
+    path_length_m: float
+    sim_time_s: float
+    wall_time_s: float
+    real_time_factor: float
+    wall_time_by_stage_s: dict[str, float]
+    collisions: dict[str, float]
+    min_clearance_m: float
+    ate_m: float
+    drift_per_m: float
+    replans: int
+    goal_switches: int
+    milestones: dict[str, dict[str, float] | None]
+    decision_ms: dict[str, float]
+    unknown_left: list[dict[str, Any]]
+    building: dict[str, Any]
+    seed: int
+    peak_memory_mb: float
+    map_sha256: str
+    versions: dict[str, str]
+
+
+def summarise(run: Run) -> Summary:
+    """Everything that summary.json says about a run."""
+    experiment, truth, decision = run.experiment, run.last.truth, run.last.decision
+    score = run.curve.latest.score
+    true, believed = run.trajectory.true, run.trajectory.believed
+    return Summary(
+        status=run.outcome.value,
+        honest=_honest(run),
+        explored=score.explored,
+        known=score.known,
+        wrong=score.wrong,
+        wall_recall=score.wall_recall,
+        wall_error_m={"mean": score.wall_error_mean_m, "p95": score.wall_error_p95_m},
+        explorable_area_m2=experiment.scorer.explorable_area_m2,
+        path_length_m=truth.path_length_m,
+        sim_time_s=truth.time_s,
+        wall_time_s=run.loop_s,
+        real_time_factor=truth.time_s / run.loop_s,
+        wall_time_by_stage_s={stage: run.stopwatch.total_s(stage) for stage in (*STAGES, *APART)},
+        collisions={"events": truth.collision_events, "duration_s": truth.collision_duration_s},
+        min_clearance_m=run.min_clearance_m,
+        ate_m=absolute_error_m(true, believed),
+        drift_per_m=drift_per_m(true, believed),
+        replans=decision.replans,
+        goal_switches=decision.goal_switches,
+        milestones={str(percent): milestone(run.curve.samples, percent / 100.0) for percent in MILESTONES},
+        decision_ms=_quantiles_ms(run.stopwatch),
+        unknown_left=_unknown_left(run),
+        building=experiment.building_summary,
+        seed=experiment.config.seed,
+        peak_memory_mb=peak_memory_mb(),
+        map_sha256=map_sha256(run.last.grid),
+        versions=versions(),
+    )
+
+
+def _honest(run: Run) -> bool:
+    scorer = run.experiment.scorer_at_the_end(run.outcome)
+    unexplored = scorer.unexplored(run.last.grid)
+    return is_honest(
+        run.outcome, unexplored, run.last.decision.unknown_left, scorer.truth, scorer.world_from_map
+    )
+
+
+def milestone(samples: list[Sample], explored: float) -> dict[str, float] | None:
+    """Metres driven and seconds passed when this much was explored for the first time; None if never.
+
+    Linear between the two samples around it.
+    """
+    for before, after in zip([samples[0], *samples], samples, strict=False):
+        if after.score.explored < explored:
+            continue
+        rise = after.score.explored - before.score.explored
+        share = (explored - before.score.explored) / rise if rise > 0.0 else 1.0
+        share = max(0.0, share)
+        return {
+            "metres": before.path_length_m + share * (after.path_length_m - before.path_length_m),
+            "seconds": before.time_s + share * (after.time_s - before.time_s),
+        }
+    return None
+
+
+def _quantiles_ms(stopwatch: Stopwatch) -> dict[str, float]:
+    laps_ms = 1e3 * np.array(stopwatch.laps_s["decision"])
+    p50, p99 = np.percentile(laps_ms, (50, 99))
+    return {"p50": float(p50), "p99": float(p99), "max": float(laps_ms.max())}
+
+
+def _unknown_left(run: Run) -> list[dict[str, Any]]:
+    """The certificate, in `world`."""
+    rows = []
+    for left in run.last.decision.unknown_left:
+        x_m, y_m = run.experiment.world_from_map.apply(np.array([left.in_map]))[0]
+        rows.append(
+            {
+                "x_m": float(x_m),
+                "y_m": float(y_m),
+                "size_m": left.size_m,
+                "reason": left.reason.value,
+                "why": left.why,
+            }
+        )
+    return rows
+
+
+def peak_memory_mb() -> float:
+    """The most that this whole process has had in memory since it began."""
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak / 1024**2 if platform.system() == "Darwin" else peak / 1024
+
+
+def map_sha256(grid: OccupancyGrid) -> str:
+    """The fingerprint of a belief: where its lattice lies, and free, occupied or unknown of each cell."""
+    geometry = struct.pack("<d4q", grid.config.resolution_m, *grid.offset, *grid.shape)
+    return hashlib.sha256(geometry + grid.state.tobytes()).hexdigest()
+
+
+def versions() -> dict[str, str]:
+    """What produced the figures."""
+    packages = ("occmap", "mujoco", "numpy", "scipy", "numba")
+    return {"python": platform.python_version()} | {name: metadata.version(name) for name in packages}
+
+
+def finite(value: Any) -> Any:
+    """Plain data in which what is not a finite number has become None: JSON knows no nan."""
+    if isinstance(value, dict):
+        return {key: finite(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [finite(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
