@@ -14,9 +14,9 @@ from sim.solids import Floats, SolidArrays
 class ClosingDoors:
     """Panels that rise out of the floor like bollards, and stay up.
 
-    A panel takes about a second. While the robot's body is closer than `keep_off_m` it waits, at whatever height
-    it has reached: it never rises into the robot, nor where the robot would arrive before the panel stands tall
-    enough for the lidar to see it.
+    A panel takes about a second. While the robot's body is closer than `keep_off_m` it waits, at whatever
+    height it has reached: it never rises into the robot, nor where the robot would arrive before the panel
+    stands tall enough for the lidar to see it.
     """
 
     def __init__(self, doors: Sequence[Door], rise_mps: float = 1.0, keep_off_m: float = 0.3) -> None:

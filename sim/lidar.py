@@ -43,7 +43,7 @@ class LidarConfig:
             raise ValueError(f"field_of_view_rad must be in (0, 2 pi], got {self.field_of_view_rad}")
         if not 0.0 <= self.min_range_m < self.max_range_m < math.inf:
             raise ValueError(
-                f"need 0 <= min_range_m < max_range_m, both finite, got {self.min_range_m} and {self.max_range_m}"
+                f"need 0 <= min_range_m < max_range_m < inf, got {self.min_range_m} and {self.max_range_m}"
             )
         if not 0.0 < self.rate_hz < math.inf:
             raise ValueError(f"rate_hz must be positive, got {self.rate_hz}")

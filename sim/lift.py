@@ -31,8 +31,8 @@ class Lift:
 
 
 def _world_in(pose: np.ndarray) -> np.ndarray:
-    """What a weld of a body to the world holds: an anchor, and the world's position and orientation (w, x, y, z) in
-    the body, for a body at a pose of 7 numbers."""
+    """What a weld to the world holds for a body at a pose of 7 numbers: an anchor, and the world's position
+    and orientation (w, x, y, z) seen from the body."""
     position, quaternion = np.zeros(3), np.zeros(4)
     mujoco.mju_negPose(position, quaternion, pose[:3], pose[3:])
     return np.concatenate((np.zeros(3), position, quaternion))

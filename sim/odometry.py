@@ -59,9 +59,9 @@ class OdometryConfig:
 class Odometry:
     """Integrates encoder ticks of a differential drive.
 
-    The systematic errors, which make up most of the drift of such a base, are those of Borenstein and Feng,
-    "Measurement and Correction of Systematic Odometry Errors in Mobile Robots" (1996): unequal wheels, which turn
-    a straight line into an arc, and a wrong track, which makes every turn too long or too short.
+    Most of the drift is systematic (Borenstein and Feng, "Measurement and Correction of Systematic Odometry
+    Errors in Mobile Robots", 1996): unequal wheels turn a straight line into an arc, and a wrong track makes
+    every turn too long or too short.
     """
 
     def __init__(self, world: World, rng: np.random.Generator, config: OdometryConfig | None = None) -> None:

@@ -9,13 +9,16 @@ import numpy as np
 
 from sim.solids import Floats, Nearby, SolidArrays
 
+_BOX, _CYLINDER = int(mujoco.mjtGeom.mjGEOM_BOX), int(mujoco.mjtGeom.mjGEOM_CYLINDER)
+
 
 class RayScene:
     """A MuJoCo model that holds only the solids in reach, refilled as the lidar moves.
 
-    `mj_multiRay` tests every ray against every geom of its model, so a lidar that casts against a whole building
-    pays for walls it could never see. Here each geom is a slot that is rewritten in place, without kinematics and
-    without compiling anything until more slots are needed. The robot is not in this model and cannot see itself.
+    `mj_multiRay` tests every ray against every geom of its model, so a lidar that casts against a whole
+    building pays for walls it could never see. Here each geom is a slot that is rewritten in place, without
+    kinematics, and without compiling anything until more slots are needed. The robot is not in this model and
+    cannot see itself.
     """
 
     def __init__(self, solids: SolidArrays, reach_m: float) -> None:
@@ -72,9 +75,7 @@ class _Slots:
         is_cylinder = solids.radius_m > 0.0
         half_z = 0.5 * solids.height_m
         box = np.column_stack((solids.half_m + solids.radius_m[:, None], half_z))  # also bounds a cylinder
-        model.geom_type[slots] = np.where(
-            is_cylinder, mujoco.mjtGeom.mjGEOM_CYLINDER, mujoco.mjtGeom.mjGEOM_BOX
-        )
+        model.geom_type[slots] = np.where(is_cylinder, _CYLINDER, _BOX)
         model.geom_size[slots] = box
         model.geom_size[slots, 1] = np.where(is_cylinder, half_z, box[:, 1])
         model.geom_aabb[slots, 3:] = box

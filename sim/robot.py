@@ -44,7 +44,7 @@ class RobotConfig:
 
 @dataclass(frozen=True)
 class Truth:
-    """What is so, whatever the robot believes. For scoring and for looking at; no decision may depend on it."""
+    """What is so, whatever the robot believes: for scoring and for looking at, never for deciding."""
 
     time_s: float
     world_from_robot: Pose2

@@ -52,8 +52,8 @@ class SolidArrays:
         )
 
     def distance_m(self, x_m: float, y_m: float) -> Floats:
-        """(n,) horizontal distance from a place to each solid's surface, exact outside; 0 inside a box, negative
-        inside a cylinder."""
+        """(n,) horizontal distance from a place to each solid's surface: exact outside, 0 inside a box,
+        negative inside a cylinder."""
         dx, dy = x_m - self.center_m[:, 0], y_m - self.center_m[:, 1]
         c, s = self.heading[:, 0], self.heading[:, 1]
         along = np.maximum(np.abs(c * dx + s * dy) - self.half_m[:, 0], 0.0)

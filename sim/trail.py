@@ -22,7 +22,7 @@ class Trail:
         self._samples.append((time_s, qpos[:7].tolist()))
 
     def at(self, times_s: Floats) -> Floats:
-        """(n, 3) x, y and yaw at n times; the first or the last sample where a time lies outside of the trail."""
+        """(n, 3) x, y and yaw at n times; the nearest sample where a time lies outside of the trail."""
         known_s = [time for time, _ in self._samples]
         poses = np.array([(pose[0], pose[1], yaw_of(pose)) for _, pose in self._samples])
         poses[:, 2] = np.unwrap(poses[:, 2])

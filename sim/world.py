@@ -96,12 +96,11 @@ class World:
     def lidar_mount(self) -> tuple[Pose2, float]:
         """robot_from_lidar, and the lidar's height above the floor in metres."""
         site = self.model.site("lidar")
-        return Pose2(float(site.pos[0]), float(site.pos[1]), yaw_of([0.0, 0.0, 0.0, *site.quat])), float(
-            site.pos[2]
-        )
+        x, y, height = site.pos.tolist()
+        return Pose2(x, y, yaw_of([x, y, height, *site.quat.tolist()])), height
 
     def clearance_m(self) -> float:
-        """From the body to the nearest solid, at most MAX_CLEARANCE_M; slightly negative while pressed on one."""
+        """From the body to the nearest solid, at most 5 m; slightly negative while pressed on one."""
         x_m, y_m = self.world_from_robot.position
         near = [self._nearby.around(x_m, y_m), self.panels]
         gaps = [solids.distance_m(x_m, y_m).min() - self.body_radius_m for solids in near if len(solids)]
