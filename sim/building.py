@@ -67,7 +67,7 @@ class Room:
 
 @dataclass(frozen=True)
 class Building:
-    """A floor plan in the `world` frame, metres and radians. It holds every solid a robot could touch or see."""
+    """A floor plan in the `world` frame, metres and radians: every solid that a robot could touch or see."""
 
     name: str
     kind: str

@@ -6,12 +6,11 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from scipy import ndimage
 
 from occmap.geometry import Pose2
 from sim.building import Building
 from sim.solids import SolidArrays
-from sim.truth import EIGHT, Mask, TruthGrid
+from sim.truth import Mask, TruthGrid, clearance_m, connected_parts
 
 BODY_RADIUS_M = 0.17
 """The circle around models/robot.xml that encloses its wheels."""
@@ -27,12 +26,12 @@ def with_start(building: Building, start: Pose2, body_radius_m: float = BODY_RAD
     place = f"the start ({start.x_m:.2f}, {start.y_m:.2f})"
     if not (x0 < start.x_m < x1 and y0 < start.y_m < y1):
         raise ValueError(f"{place} is outside of the building, which spans ({x0}, {y0}) to ({x1}, {y1})")
-    clearance_m = float(np.min(SolidArrays.of(building.solids).distance_m(*start.position), initial=math.inf))
-    if clearance_m <= 0.0:
+    nearest_m = float(np.min(SolidArrays.of(building.solids).distance_m(*start.position), initial=math.inf))
+    if nearest_m <= 0.0:
         raise ValueError(f"{place} is inside a wall: choose a place on free floor")
-    if clearance_m < body_radius_m:
+    if nearest_m < body_radius_m:
         raise ValueError(
-            f"{place} is {clearance_m:.2f} m from a solid, but the robot's radius is {body_radius_m:.2f} m: "
+            f"{place} is {nearest_m:.2f} m from a solid, but the robot's radius is {body_radius_m:.2f} m: "
             "move it away from walls and furniture"
         )
     return replace(building, start=start)
@@ -40,7 +39,7 @@ def with_start(building: Building, start: Pose2, body_radius_m: float = BODY_RAD
 
 def random_start(truth: TruthGrid, region: Mask, rng: np.random.Generator) -> Pose2:
     """A place in the region, clear of solids if it can be, and a heading that no wall is aligned with."""
-    clear = ndimage.distance_transform_edt(~truth.wall) * truth.resolution_m > ELBOW_ROOM_M
+    clear = clearance_m(truth.wall, truth.resolution_m) > ELBOW_ROOM_M
     cells = np.argwhere(region & clear)
     if not len(cells):
         cells = np.argwhere(region)
@@ -53,7 +52,7 @@ def random_start(truth: TruthGrid, region: Mask, rng: np.random.Generator) -> Po
 
 def largest_region(space: Mask) -> Mask:
     """The largest connected part (8-neighbours) of a configuration space; nothing if it is empty."""
-    labels, count = ndimage.label(space, EIGHT)
-    if count == 0:
-        return np.zeros_like(space)
+    if not space.any():
+        return space
+    labels = connected_parts(space)
     return labels == 1 + int(np.argmax(np.bincount(labels.ravel())[1:]))

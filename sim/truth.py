@@ -28,7 +28,22 @@ PLACE_SPACING_M = 0.25
 """The robot is imagined to look around from a lattice of places this far apart."""
 TOUCH = 1e-6
 """In cells: a solid that ends on a cell's border does not touch that cell."""
-EIGHT = np.ones((3, 3), bool)
+
+
+def connected_parts(mask: Mask) -> NDArray[np.int32]:
+    """(ny, nx) the number of each cell's 8-connected part, counted from 1; 0 outside of the mask."""
+    labels: Any = ndimage.label(mask, np.ones((3, 3), bool))
+    return np.asarray(labels[0], np.int32)
+
+
+def grown(mask: Mask) -> Mask:
+    """The mask and its 8-neighbours."""
+    return np.asarray(ndimage.binary_dilation(mask, np.ones((3, 3), bool)), bool)
+
+
+def clearance_m(wall: Mask, resolution_m: float) -> NDArray[np.float64]:
+    """From each cell's centre to the nearest wall cell's, less half a cell, as the robot's own map has it."""
+    return np.asarray(ndimage.distance_transform_edt(~wall)) * resolution_m - 0.5 * resolution_m
 
 
 @dataclass(frozen=True)
@@ -46,7 +61,7 @@ class TruthGrid:
 
     def world_from_cell(self, cells: NDArray[np.int64]) -> Points:
         """(n, 2) cells (ix, iy) -> (n, 2) metres, the cells' centres."""
-        return (cells + 0.5) * self.resolution_m + np.asarray(self.origin_m)
+        return np.asarray((cells + 0.5) * self.resolution_m + np.asarray(self.origin_m), np.float64)
 
     def cell_of(self, pose: Pose2) -> tuple[int, int]:
         """The cell (ix, iy) that a pose stands in; an error if that is outside of the grid."""
@@ -85,7 +100,7 @@ def truth_grid(building: Building, resolution_m: float, closed_doors: Collection
 
 
 def _draw(truth: TruthGrid, solid: Solid, bounds: NDArray[np.float64]) -> None:
-    """Mark the cells whose inside meets the solid's inside: separating axes for boxes, distance for cylinders."""
+    """Mark the cells whose inside meets the solid's: separating axes for boxes, distance for cylinders."""
     r = truth.resolution_m
     ix0, iy0 = np.maximum(np.floor((bounds[:2] - truth.origin_m) / r + TOUCH).astype(int), 0)
     ix1, iy1 = np.ceil((bounds[2:] - truth.origin_m) / r - TOUCH).astype(int)
@@ -107,12 +122,8 @@ def _draw(truth: TruthGrid, solid: Solid, bounds: NDArray[np.float64]) -> None:
 
 
 def configuration_space(truth: TruthGrid, body_radius_m: float) -> Mask:
-    """Cells on whose centre a circle of the body's radius plus MARGIN_M touches no wall.
-
-    The distance is the one of the robot's own clearance map: from centre to centre, less half a cell.
-    """
-    distance_m = ndimage.distance_transform_edt(~truth.wall) * truth.resolution_m - 0.5 * truth.resolution_m
-    return np.asarray(distance_m >= body_radius_m + MARGIN_M - TOUCH)
+    """Cells on whose centre a circle of the body's radius plus MARGIN_M touches no wall."""
+    return clearance_m(truth.wall, truth.resolution_m) >= body_radius_m + MARGIN_M - TOUCH
 
 
 def reachable(truth: TruthGrid, start: Pose2, body_radius_m: float) -> Mask:
@@ -122,7 +133,7 @@ def reachable(truth: TruthGrid, start: Pose2, body_radius_m: float) -> Mask:
     of it; one without any such place reaches nothing but its own cell.
     """
     space = configuration_space(truth, body_radius_m)
-    labels, _ = ndimage.label(space, EIGHT)
+    labels = connected_parts(space)
     ix, iy = truth.cell_of(start)
     label = labels[iy, ix] or _label_near(labels, ix, iy, math.ceil(body_radius_m / truth.resolution_m))
     if label:
@@ -155,7 +166,7 @@ def explorable(truth: TruthGrid, start: Pose2, body_radius_m: float, range_m: fl
         raise ValueError(f"the start ({start.x_m:.2f}, {start.y_m:.2f}) is inside a wall")
     stride = max(1, math.floor(PLACE_SPACING_M / truth.resolution_m + TOUCH))
     places = np.ascontiguousarray(reachable(truth, start, body_radius_m)[::stride, ::stride])
-    labels, _ = ndimage.label(~truth.wall, EIGHT)
+    labels = connected_parts(~truth.wall)
     candidate = labels == labels[iy, ix]  # a line of sight is a chain of free cells
     reach = (range_m / truth.resolution_m) ** 2 + TOUCH
     return truth_kernels.cells_in_sight(~truth.wall, candidate, places, stride, ix, iy, reach)
@@ -163,17 +174,17 @@ def explorable(truth: TruthGrid, start: Pose2, body_radius_m: float, range_m: fl
 
 def rim(wall: Mask) -> Mask:
     """Free cells within one cell (8-neighbourhood) of a wall: there either answer counts."""
-    return ndimage.binary_dilation(wall, EIGHT) & ~wall
+    return grown(wall) & ~wall
 
 
 def surface(wall: Mask, explorable: Mask) -> Mask:
     """Wall cells within one cell (8-neighbourhood, as the rim) of an explorable one."""
-    return wall & ndimage.binary_dilation(explorable, EIGHT)
+    return wall & grown(explorable)
 
 
 def building_summary(building: Building, truth: TruthGrid) -> dict[str, Any]:
     """What kind of building it is, as plain numbers; the free area is the floor connected with the start."""
-    labels, _ = ndimage.label(~truth.wall, EIGHT)
+    labels = connected_parts(~truth.wall)
     ix, iy = truth.cell_of(building.start)
     free = np.count_nonzero(labels == labels[iy, ix]) * truth.resolution_m**2
     return {

@@ -34,7 +34,7 @@ class BuildingConfig:
     """Which building to generate."""
 
     kind: Kind = "office"
-    """office: corridors, rooms and loops; apartment: rooms around a hallway; maze; hall: shelves and columns."""
+    """office: corridors, rooms, loops; apartment: rooms around a hallway; maze; hall: shelves, columns."""
     seed: int | None = None
     """Same seed, same building; by default a child of the run's seed."""
     size_m: tuple[float, float] | None = None
@@ -63,9 +63,9 @@ class BuildingConfig:
 
 def generate(config: BuildingConfig, rng: np.random.Generator) -> Building:
     """A building of this kind, in which the start reaches all rooms. The rng alone decides which."""
-    from sim.generators import office
+    from sim.generators import apartment, office
 
-    makers = {"office": office.office}
+    makers = {"office": office.office, "apartment": apartment.apartment}
     size_m = config.size_m or DEFAULT_SIZE_M[config.kind]
     for _ in range(ATTEMPTS):
         building = makers[config.kind](size_m, rng)

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from occmap.geometry import Pose2
 from sim.building import Building, Room, Solid
 from sim.generators.furnish import furnish
-from sim.generators.spaces import Opening, Space, doors_of, walls_of
+from sim.generators.sketch import Sketch
+from sim.generators.spaces import Space, doors_of, walls_of
 from sim.starts import BODY_RADIUS_M, largest_region, random_start
 from sim.truth import configuration_space, truth_grid
 
@@ -24,10 +26,9 @@ LARGE_M2 = 2500.0
 Size = tuple[float, float]
 
 
-def furnished(
-    kind: str, size_m: Size, spaces: Sequence[Space], openings: Sequence[Opening], rng: np.random.Generator
-) -> Building | None:
+def furnished(kind: str, size_m: Size, sketch: Sketch, rng: np.random.Generator) -> Building | None:
     """Walls, doors, furniture and a start; None if a room stays bare or out of reach."""
+    spaces, openings = sketch.spaces, sketch.openings(rng)
     solids: list[Solid] = list(walls_of(spaces, openings))
     for space in spaces:
         if space.is_room:
@@ -74,9 +75,4 @@ def entered(building: Building, rng: np.random.Generator) -> Building | None:
             return None
     if not region.any():
         return None
-    return Building(**{**vars(building), "start": random_start(truth, region, rng)})
-
-
-def transposed(spaces: Sequence[Space]) -> list[Space]:
-    """x and y exchanged: corridors that ran east run north."""
-    return [Space(s.kind, s.y0, s.x0, s.y1, s.x1) for s in spaces]
+    return replace(building, start=random_start(truth, region, rng))

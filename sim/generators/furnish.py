@@ -19,34 +19,37 @@ COVER = (0.075, 0.115)
 """A room is filled until its furniture stands on a share of the floor drawn from here."""
 MOST_COVER = 0.145
 LEAST_COVER = 0.055
+FIRST_ATTEMPTS = 30
 ATTEMPTS = 150
 
-WALL_PIECES: dict[str, tuple[f.Maker, ...]] = {
-    "office": (f.desk, f.desk, f.cabinet, f.bookcase, f.wall_table),
-    "open plan": (f.cabinet, f.bookcase, f.desk),
-    "meeting": (f.sideboard, f.cabinet, f.bookcase),
-    "kitchen": (f.counter, f.fridge, f.cabinet, f.wall_table),
-    "store": (f.rack, f.rack, f.cabinet, f.wall_table),
-    "lounge": (f.sofa, f.sideboard, f.armchair_pair, f.bookcase),
-    "living": (f.sofa, f.sideboard, f.bookcase, f.armchair, f.desk),
-    "bedroom": (f.wardrobe, f.desk, f.bookcase, f.single_bed),
-    "bath": (f.wash_stand, f.washing_machine, f.toilet),
-}
-FIRST_PIECE: dict[str, f.Maker] = {
-    "office": f.desk,
-    "kitchen": f.counter,
-    "store": f.rack,
-    "lounge": f.sofa,
-    "living": f.sofa,
-    "bedroom": f.bed,
-    "bath": f.bath_tub,
-}
-FREE_PIECES: dict[str, tuple[f.Maker, ...]] = {
-    "open plan": (f.desk_island, f.desk_island, f.table_with_chairs),
-    "meeting": (f.table_with_chairs,),
-    "kitchen": (f.table_with_chairs,),
-    "lounge": (f.coffee_table, f.table_with_chairs),
-    "living": (f.coffee_table, f.table_with_chairs),
+
+@dataclass(frozen=True)
+class Taste:
+    """What belongs into a room of one kind."""
+
+    at_walls: tuple[f.Maker, ...]
+    freely: tuple[f.Maker, ...] = ()
+    first_at_wall: f.Maker | None = None
+    first_freely: f.Maker | None = None
+
+
+TASTES: dict[str, Taste] = {
+    "office": Taste((f.desk, f.desk, f.cabinet, f.bookcase, f.wall_table), first_at_wall=f.desk),
+    "open plan": Taste(
+        (f.cabinet, f.bookcase), (f.desk_island, f.table_with_chairs), first_freely=f.desk_island
+    ),
+    "meeting": Taste((f.sideboard, f.cabinet), (f.table_with_chairs,), first_freely=f.table_with_chairs),
+    "kitchen": Taste(
+        (f.fridge, f.cabinet, f.wall_table), (f.table_with_chairs,), f.counter, f.table_with_chairs
+    ),
+    "store": Taste((f.rack, f.rack, f.cabinet, f.wall_table), first_at_wall=f.rack),
+    "lounge": Taste((f.sofa, f.sideboard, f.armchair_pair), (f.coffee_table, f.table_with_chairs), f.sofa),
+    "living": Taste(
+        (f.sofa, f.sideboard, f.bookcase, f.armchair), (f.coffee_table,), f.sofa, f.table_with_chairs
+    ),
+    "bedroom": Taste((f.wardrobe, f.desk, f.bookcase, f.single_bed), first_at_wall=f.bed),
+    "bath": Taste((f.wash_stand, f.washing_machine, f.toilet), first_at_wall=f.bath_tub),
+    "stock": Taste((f.rack, f.cabinet), (f.pallet, f.table_with_chairs), first_at_wall=f.rack),
 }
 
 
@@ -88,21 +91,23 @@ def furnish(space: Space, openings: Sequence[Opening], rng: np.random.Generator)
     """Furniture for a room of this kind; an empty list if it would not even cover LEAST_COVER."""
     room = Furnishing(space.floor(), door_zones(space, openings), [], [])
     target = rng.uniform(*COVER)
-    free = FREE_PIECES.get(space.kind, ())
-    first = FIRST_PIECE.get(space.kind)
-    if first is not None:
-        for _ in range(20):
-            if add_along_wall(room, first(rng), rng):
-                break
+    taste = TASTES[space.kind]
+    for maker, place in ((taste.first_freely, add_freely), (taste.first_at_wall, add_along_wall)):
+        if maker is not None:
+            any(place(room, maker(rng), rng) for _ in range(FIRST_ATTEMPTS))
     for _ in range(ATTEMPTS):
         if room.cover >= target:
             break
-        if free and rng.random() < 0.4:
-            add_freely(room, free[rng.integers(len(free))](rng), rng)
+        if taste.freely and rng.random() < 0.4:
+            add_freely(room, one_of(taste.freely, rng), rng)
         else:
-            pieces = WALL_PIECES[space.kind]
-            add_along_wall(room, pieces[rng.integers(len(pieces))](rng), rng)
+            add_along_wall(room, one_of(taste.at_walls, rng), rng)
     return room.solids if room.cover >= LEAST_COVER else []
+
+
+def one_of(makers: Sequence[f.Maker], rng: np.random.Generator) -> f.Piece:
+    """A piece of a kind drawn from these."""
+    return makers[int(rng.integers(len(makers)))](rng)
 
 
 def add_along_wall(room: Furnishing, piece: f.Piece, rng: np.random.Generator) -> bool:

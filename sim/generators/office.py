@@ -5,40 +5,44 @@ from __future__ import annotations
 import numpy as np
 
 from sim.building import Building
-from sim.generators.floor import Size, furnished, transposed
+from sim.generators.floor import Size, furnished
 from sim.generators.ladder import LadderConfig, ladder
-from sim.generators.spaces import Opening, SharedWall
+from sim.generators.sketch import Sketch
 
-DEFAULT_SIZE_M = (30.0, 20.0)
-LEAST_SIZE_M = (11.5, 9.5)
 LEAST_ROOMS = 10
+ROOMY_M2 = 24.0
+"""Larger rooms are shared by many."""
 
 
 def office(size_m: Size, rng: np.random.Generator) -> Building | None:
     """A furnished office floor; None if this draw did not work out."""
-    turned = size_m[1] > size_m[0] or (min(size_m) >= 18.0 and rng.random() < 0.3)
-    spaces, openings = ladder((size_m[1], size_m[0]) if turned else size_m, LadderConfig(), office_kind, rng)
-    if sum(space.is_room for space in spaces) < LEAST_ROOMS:
+    width, height = size_m
+    is_turned = height > width or (height >= 18.0 and rng.random() < 0.3)
+    sketch = ladder((height, width) if is_turned else size_m, LadderConfig(), rng)
+    if len(sketch.rooms()) < LEAST_ROOMS:
         return None
-    if turned:
-        spaces, openings = transposed(spaces), [_turned(o) for o in openings]
-    return furnished("office", size_m, spaces, openings, rng)
+    assign_rooms(sketch, rng)
+    return furnished("office", size_m, sketch.transposed() if is_turned else sketch, rng)
 
 
-def office_kind(area_m2: float, rng: np.random.Generator) -> str:
-    """What a room of this size is used for."""
-    if area_m2 < 9.0:
-        return str(rng.choice(["office", "store", "office"]))
-    if area_m2 < 22.0:
-        return str(rng.choice(["office", "office", "office", "meeting", "kitchen", "store"]))
-    return str(rng.choice(["open plan", "open plan", "meeting", "lounge"]))
-
-
-def _turned(opening: Opening) -> Opening:
-    wall = opening.wall
-    return Opening(
-        SharedWall(not wall.is_along_x, wall.at, wall.low, wall.high),
-        opening.low,
-        opening.high,
-        opening.has_door,
+def assign_rooms(sketch: Sketch, rng: np.random.Generator) -> None:
+    """Large rooms are open-plan offices, lounges and meeting rooms; of the others most are offices."""
+    small = []
+    for room in rng.permutation(sketch.rooms()):
+        if area_m2(sketch, room) > ROOMY_M2:
+            sketch.use(room, str(rng.choice(["open plan", "open plan", "meeting", "lounge"])))
+        else:
+            small.append(room)
+    kinds = (
+        ["kitchen"] * (1 + len(small) // 20)
+        + ["meeting"] * (len(small) // 6)
+        + ["store"] * (1 + len(small) // 9)
     )
+    for k, room in enumerate(small):
+        sketch.use(room, kinds[k] if k < len(kinds) else "office")
+
+
+def area_m2(sketch: Sketch, room: int) -> float:
+    """The floor of one room."""
+    x0, y0, x1, y1 = sketch.spaces[room].floor()
+    return (x1 - x0) * (y1 - y0)

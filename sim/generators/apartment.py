@@ -1,0 +1,68 @@
+"""Apartments: a hallway that ends in the living room, kitchen beside it, bedrooms and baths along it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sim.building import Building
+from sim.generators.floor import Size, furnished
+from sim.generators.ladder import LadderConfig, add_row, ladder
+from sim.generators.office import area_m2
+from sim.generators.sketch import Sketch
+from sim.generators.spaces import WALL_M, Space
+
+HALLWAY_M = 1.45
+"""Width of the hallway, from the middle of one wall to the middle of the other."""
+DEEP_M = 14.0
+"""A floor whose short side is longer than this has more than one hallway."""
+ROOMS = LadderConfig(room_width_m=(2.7, 4.2), row_depth_m=(3.2, 5.0), suite_share=0.15)
+BATHS = 4
+"""One room in so many is a bath."""
+
+
+def apartment(size_m: Size, rng: np.random.Generator) -> Building | None:
+    """A furnished apartment; None if this draw did not work out."""
+    width, height = max(size_m), min(size_m)
+    if height > DEEP_M:
+        sketch = ladder((width, height), ROOMS, rng)
+        assign_rooms(sketch, sketch.rooms(), rng)
+    else:
+        sketch = around_a_hallway(width, height, rng)
+    if rng.random() < 0.5:
+        sketch = sketch.mirrored(width)
+    if rng.random() < 0.5:
+        sketch = sketch.transposed().mirrored(height).transposed()
+    return furnished("apartment", size_m, sketch.transposed() if size_m[1] > size_m[0] else sketch, rng)
+
+
+def around_a_hallway(width: float, height: float, rng: np.random.Generator) -> Sketch:
+    """Living room and kitchen at the western end, the other rooms along both sides of the hallway."""
+    low, x_high, y_high = 0.5 * WALL_M, width - 0.5 * WALL_M, height - 0.5 * WALL_M
+    x_living = round(low + (x_high - low) * rng.uniform(0.34, 0.44), 2)
+    y_hall = round(low + (y_high - low - HALLWAY_M) * rng.uniform(0.42, 0.58), 2)
+    y_kitchen = round(y_hall - rng.uniform(0.0, 0.12) * (y_hall - low), 2)
+    y_top = round(y_hall + HALLWAY_M, 3)
+    sketch = Sketch()
+    hallway = sketch.add(Space("corridor", x_living, y_hall, x_high, y_top))
+    living = sketch.add(Space("living", low, y_kitchen, x_living, y_high))
+    kitchen = sketch.add(Space("kitchen", low, low, x_living, y_kitchen))
+    sketch.doors += [(living, hallway), (living, kitchen)]
+    lower = add_row(sketch, (x_living, x_high), (low, y_hall), ROOMS, rng)
+    upper = add_row(sketch, (x_living, x_high), (y_top, y_high), ROOMS, rng)
+    sketch.doors += [(room, hallway) for room in lower + upper]
+    if rng.random() < 0.5:
+        sketch.doors.append((kitchen, lower[0]))  # a loop: hallway, living room, kitchen, room
+    assign_rooms(sketch, lower + upper, rng)
+    return sketch
+
+
+def assign_rooms(sketch: Sketch, rooms: list[int], rng: np.random.Generator) -> None:
+    """The smallest rooms are baths; on a large floor a few of the largest are living rooms and kitchens."""
+    by_area = sorted(rooms, key=lambda room: area_m2(sketch, room))
+    n_baths = max(1, len(rooms) // BATHS)
+    n_large = len(rooms) // 6
+    for k, room in enumerate(by_area):
+        kind = "bath" if k < n_baths else "bedroom" if rng.random() < 0.75 else "office"
+        if len(rooms) - k <= n_large:
+            kind = "kitchen" if k % 2 else "living"
+        sketch.use(room, kind)
