@@ -1,1 +1,1 @@
-"""Recorded logs as streams of observations, and pose graphs as files."""
+"""Recorded logs as observations: CARMEN text and ROS bags; pose graphs as g2o files."""

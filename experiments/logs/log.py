@@ -1,0 +1,59 @@
+"""What a recorded log is, whatever its format, and the door to all formats."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from occmap.scan import Observation
+
+BAG_SUFFIXES = (".mcap", ".db3", ".bag")
+"""What the ROS reader takes, beside folders; anything else is read as CARMEN text."""
+
+
+@dataclass(frozen=True)
+class Skipped:
+    """A line or message that could not be read."""
+
+    number: int
+    """Its line in the file, or its place among the bag's messages; both count from 1."""
+    reason: str
+
+
+@dataclass(frozen=True)
+class RecordedLog:
+    """Scans with their odometry, in the order of their stamps.
+
+    A beam that met nothing has range inf, as in any Scan; how far that is known to be free is not in a
+    log, and for its reader to say.
+    """
+
+    observations: tuple[Observation, ...]
+    has_odometry: bool
+    """If not, every odom_from_robot is the identity."""
+    skipped: tuple[Skipped, ...] = ()
+
+    @property
+    def duration_s(self) -> float:
+        return self.observations[-1].time_s - self.observations[0].time_s
+
+
+def read_log(path: Path, scan_topic: str | None = None, odometry_topic: str | None = None) -> RecordedLog:
+    """The log in a file, bzip2 and gzip included, or in a bag's folder; the topics are for bags.
+
+    ValueError if there is no such log, or no scan in it.
+    """
+    if not path.exists():
+        raise ValueError(f"there is no log {path}")
+    if path.is_dir() or path.suffix in BAG_SUFFIXES:
+        from experiments.logs.rosbag import read_bag  # rosbags is an optional extra
+
+        log = read_bag(path, scan_topic, odometry_topic)
+    else:
+        from experiments.logs.carmen import read_carmen
+
+        log = read_carmen(path)
+    if not log.observations:
+        complaint = f"; {len(log.skipped)} broken, first at {log.skipped[0].number}" if log.skipped else ""
+        raise ValueError(f"{path} holds no laser scan that could be read{complaint}")
+    return log
