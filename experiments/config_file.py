@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import math
 import types
 import typing
 from pathlib import Path
@@ -20,6 +21,8 @@ def to_plain(value: Any) -> Any:
         return str(value)
     if isinstance(value, tuple | list):
         return [to_plain(item) for item in value]
+    if isinstance(value, float) and math.isinf(value):
+        return str(value)  # JSON has no number for it
     return value
 
 
@@ -71,6 +74,8 @@ def _value(hint: Any, data: Any, where: str) -> Any:
         return _tuple(arguments, data, where)
     if dataclasses.is_dataclass(hint):
         return _dataclass(hint, data, where)
+    if hint is float and data in ("inf", "-inf"):
+        return float(data)
     if hint is float and isinstance(data, int) and not isinstance(data, bool):
         return float(data)
     if hint is Path and isinstance(data, str):

@@ -1,0 +1,69 @@
+"""The command line of the main job."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Any
+
+import tyro
+
+from experiments import config_file
+from experiments.config import ExperimentConfig
+
+
+@dataclass(frozen=True)
+class Command:
+    """Drop a robot into a building it has never seen, let it explore to the end, and keep a map of it.
+
+    With no options: a generated office, the true pose, and a folder in runs/ with the recording, a
+    video, the map, the curves and summary.json. Exit status: 0 complete or sealed in, 2 a mistake
+    in the options, 3 time limit, 4 stuck, 5 physics fault, 130 or 143 interrupted.
+    """
+
+    out: Path | None = None
+    """The run's folder. By default a new one, runs/<building>. A folder that holds a run is refused."""
+    record: bool = True
+    """Write recording.rrd, to scrub through with `rerun`."""
+    video: bool = True
+    """Write exploration.mp4."""
+    config: Path | None = None
+    """Run again what this config.json says. Options given beside it win, and are named."""
+    experiment: Annotated[ExperimentConfig, tyro.conf.arg(name="")] = field(default_factory=ExperimentConfig)
+
+
+def parse(arguments: Sequence[str]) -> Command:
+    """The command that these arguments give. Prints and exits for --help and for options that do not parse;
+    ValueError for values that make no sense."""
+    file = _config_file(arguments)
+    said = ExperimentConfig() if file is None else config_file.read(ExperimentConfig, file)
+    command = tyro.cli(
+        Command, prog="python -m experiments.explore", args=list(arguments), default=Command(experiment=said)
+    )
+    if file is not None:
+        for name, before, after in differences(
+            config_file.to_plain(said), config_file.to_plain(command.experiment)
+        ):
+            print(f"{file} says {name} = {before}; the command line wins with {after}", file=sys.stderr)
+    return command
+
+
+def _config_file(arguments: Sequence[str]) -> Path | None:
+    """What --config names: its values are the defaults of all other options, so it is needed first."""
+    for argument, following in zip(arguments, [*arguments[1:], ""], strict=True):
+        if argument == "--config" and following:
+            return Path(following)
+        if argument.startswith("--config="):
+            return Path(argument.removeprefix("--config="))
+    return None
+
+
+def differences(before: Any, after: Any, name: str = "") -> Iterator[tuple[str, Any, Any]]:
+    """(name, before, after) of every value in which two plain configs differ."""
+    if isinstance(before, dict) and isinstance(after, dict):
+        for key in before:
+            yield from differences(before[key], after[key], f"{name}.{key}" if name else key)
+    elif before != after:
+        yield name, before, after

@@ -1,0 +1,112 @@
+"""One config for a whole experiment: every part's own config, nested, plus what they share.
+
+The classes whose name ends in Options are the parts' configs with shorter names for the command
+line. Importing this loads no kernels and no simulator, so that --help is instant.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Annotated, Literal, get_args
+
+import tyro
+
+from experiments.streams import Streams
+from occmap.explorer import ExplorerConfig
+from occmap.goals import GoalConfig
+from occmap.grid import GridConfig
+from sim.faults import FaultsConfig
+from sim.generators import BuildingConfig
+from sim.lidar import LidarConfig
+from sim.odometry import OdometryConfig
+from sim.robot import RobotConfig
+
+PoseSource = Literal["truth", "odometry"]
+
+
+@dataclass(frozen=True)
+class GoalOptions(GoalConfig):
+    """Where to look next."""
+
+    lambda_m_per_m2: Annotated[float, tyro.conf.arg(name="lambda")] = GoalConfig.lambda_m_per_m2
+    """Metres the robot would drive to see one more square metre (strategy utility)."""
+
+
+@dataclass(frozen=True)
+class ExplorerOptions(ExplorerConfig):
+    """The robot's mind."""
+
+    grid: Annotated[GridConfig, tyro.conf.arg(name="map")] = field(default_factory=GridConfig)
+    goals: Annotated[GoalOptions, tyro.conf.arg(name="")] = field(default_factory=GoalOptions)
+
+
+@dataclass(frozen=True)
+class ExperimentConfig:
+    """One robot in one building. The same config gives the same run."""
+
+    seed: int = 0
+    """All chance grows from this number: building, start, noise and drift, each by a stream of its own."""
+    plan: Path | None = None
+    """Explore this floor plan instead of a generated building: an MJCF .xml, a Nav2 map .yaml, or a .png."""
+    plan_resolution_m: float | None = None
+    """Side of a pixel, for a .png plan."""
+    start: tuple[float, float, float] | None = None
+    """X Y YAW in the building's own frame, metres and radians. By default the building says, or chance."""
+    pose: PoseSource = "truth"
+    """truth: the true pose, as in a lesson on mapping. odometry: where the wheels say, drift and all."""
+    noise_scale: float = 1.0
+    """Multiplies every error of the lidar: 0 none."""
+    drift_scale: float = 1.0
+    """Multiplies every error of the wheels' odometry: 0 none."""
+    time_limit_s: float = 7200.0
+    """Simulated time after which the run ends, done or not."""
+    explorer: Annotated[ExplorerOptions, tyro.conf.arg(name="")] = field(default_factory=ExplorerOptions)
+    building: BuildingConfig = field(default_factory=BuildingConfig)
+    lidar: LidarConfig = field(default_factory=LidarConfig)
+    odometry: OdometryConfig = field(default_factory=OdometryConfig)
+    robot: RobotConfig = field(default_factory=RobotConfig)
+    faults: FaultsConfig = field(default_factory=FaultsConfig)
+
+    def __post_init__(self) -> None:
+        if self.seed < 0:
+            raise ValueError(f"seed must not be negative, got {self.seed}")
+        if self.pose not in get_args(PoseSource):
+            raise ValueError(f"unknown pose {self.pose!r}: choose from {', '.join(get_args(PoseSource))}")
+        if self.start is not None and not all(math.isfinite(value) for value in self.start):
+            raise ValueError(f"start must be three finite numbers, got {self.start}")
+        if not 0.0 < self.time_limit_s < math.inf:
+            raise ValueError(f"time_limit_s must be positive, got {self.time_limit_s}")
+        for name in ("noise_scale", "drift_scale"):
+            if not 0.0 <= getattr(self, name) < math.inf:
+                raise ValueError(f"{name} must not be negative, got {getattr(self, name)}")
+        self._check_plan_resolution()
+
+    def _check_plan_resolution(self) -> None:
+        if self.plan_resolution_m is None:
+            return
+        if not 0.0 < self.plan_resolution_m < math.inf:
+            raise ValueError(f"plan_resolution_m must be positive, got {self.plan_resolution_m}")
+        if self.plan is None:
+            raise ValueError("plan_resolution_m is the size of a plan's pixels: give the --plan too")
+
+    @property
+    def building_seed(self) -> int:
+        """Decides the building and the start; a child of the seed unless given."""
+        return Streams(self.seed).integer("building") if self.building.seed is None else self.building.seed
+
+    @property
+    def scaled_lidar(self) -> LidarConfig:
+        """The lidar with its errors scaled."""
+        return replace(self.lidar, noise=self.lidar.noise.scaled(self.noise_scale))
+
+    @property
+    def scaled_odometry(self) -> OdometryConfig:
+        """The wheels with their errors scaled."""
+        return self.odometry.scaled(self.drift_scale)
+
+    def pinned(self) -> ExperimentConfig:
+        """The same experiment with nothing left to be derived: what config.json holds."""
+        building = replace(self.building, seed=self.building_seed)
+        return replace(self, building=building, plan=None if self.plan is None else self.plan.resolve())

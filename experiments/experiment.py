@@ -1,0 +1,128 @@
+"""From a config to a robot in a building, ready for its first scan."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from experiments.config import ExperimentConfig
+from experiments.outcome import Outcome
+from experiments.scoring import Scorer
+from experiments.stopwatch import Stopwatch
+from experiments.streams import Streams
+from occmap.explorer import Explorer
+from occmap.geometry import Pose2
+from occmap.localization import Localizer, OdometryLocalizer
+from sim.building import Box, Building
+from sim.generators import generate
+from sim.lidar import Lidar
+from sim.lidar_noise import LidarStreams
+from sim.odometry import Odometer, Odometry, TrueOdometry
+from sim.plan_images import load_plan
+from sim.robot import Robot
+from sim.starts import with_start
+from sim.truth import building_summary, explorable, truth_grid
+from sim.world import World, body_radius_m
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """A robot about to explore, and what the truth is."""
+
+    config: ExperimentConfig
+    building: Building
+    robot: Robot
+    explorer: Explorer
+    scorer: Scorer
+    building_summary: dict[str, Any]
+    stopwatch: Stopwatch
+
+    @property
+    def world_from_map(self) -> Pose2:
+        """The true start: the map's frame is the robot's pose at its first scan."""
+        return self.scorer.world_from_map
+
+    def scorer_at_the_end(self, outcome: Outcome) -> Scorer:
+        """The scorer to judge a last word by: a world that has closed offers only what can still be reached."""
+        world = self.robot.world
+        if outcome is not Outcome.SEALED_IN:
+            return self.scorer
+        truth = truth_grid(self.building, self.scorer.truth.resolution_m, world.closed_doors())
+        config = self.config
+        offered = explorable(
+            truth, world.world_from_robot, body_radius_m(world.model), config.lidar.max_range_m
+        )
+        return Scorer(truth, offered, self.world_from_map)
+
+
+def prepare(config: ExperimentConfig) -> Experiment:
+    """Build everything. ValueError for what cannot be, before anything is simulated."""
+    stopwatch = Stopwatch()
+    streams = Streams(config.seed)
+    with stopwatch.lap("building"):
+        building = make_building(config)
+        robot = make_robot(config, building, streams)
+    explorer = Explorer(config.explorer, make_localizer(config))
+    with stopwatch.lap("warm_up"):
+        warm_up(config)
+    with stopwatch.lap("truth"):
+        truth = truth_grid(building, config.explorer.grid.resolution_m)
+        reach = explorable(truth, building.start, body_radius_m(robot.world.model), config.lidar.max_range_m)
+        scorer = Scorer(truth, reach, robot.world.world_from_robot)
+        facts = building_summary(building, truth)
+    return Experiment(config, building, robot, explorer, scorer, facts, stopwatch)
+
+
+def make_building(config: ExperimentConfig) -> Building:
+    """The plan, or a generated building; entered where the config says, else where the building's seed says."""
+    streams = Streams(config.building_seed)
+    if config.plan is not None:
+        building = load_plan(config.plan, config.plan_resolution_m, streams.generator("start"))
+    else:
+        building = generate(config.building, streams.generator("building"))
+    return building if config.start is None else with_start(building, Pose2(*config.start))
+
+
+def make_robot(config: ExperimentConfig, building: Building, streams: Streams) -> Robot:
+    """A robot with its lidar and odometry, each with its own streams of chance."""
+    world = World(building, config.faults)
+    noise = streams.child("lidar")
+    lidar_streams = LidarStreams(
+        range_error=noise.generator("range_error"),
+        dropout=noise.generator("dropout"),
+        short=noise.generator("short"),
+        miss=noise.generator("miss"),
+    )
+    odometer: Odometer
+    if config.pose == "truth":
+        odometer = TrueOdometry(world)
+    else:
+        odometer = Odometry(world, streams.generator("odometry"), config.scaled_odometry)
+    return Robot(world, Lidar(world, lidar_streams, config.scaled_lidar), odometer, config.robot)
+
+
+def make_localizer(config: ExperimentConfig) -> Localizer:
+    """Who tells the explorer where it is. With the true pose handed in as odometry, that is simply believed."""
+    return OdometryLocalizer()
+
+
+def warm_up(config: ExperimentConfig) -> None:
+    """Explore a made-up room for a moment, so that every kernel is compiled and loaded before the clock runs."""
+    from experiments.episode import episode
+
+    walls = (
+        Box(0.0, 2.0, 3.1, 0.1),
+        Box(0.0, -2.0, 3.1, 0.1),
+        Box(3.0, 0.0, 0.1, 2.0),
+        Box(-3.0, 0.0, 0.1, 2.0),
+        Box(0.5, 1.0, 0.1, 1.0),
+    )
+    room = Building("warm-up", "plan", (-3.1, -2.1), (3.1, 2.1), walls, Pose2(-1.5, 0.3, 0.2))
+    robot = make_robot(config, room, Streams(0))
+    explorer = Explorer(config.explorer, make_localizer(config))
+    for _ in episode(robot, explorer, limit_s=WARM_UP_S):
+        pass
+
+
+WARM_UP_S = 4.0
+"""Long enough to look around, plan and drive."""

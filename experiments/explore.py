@@ -1,0 +1,127 @@
+"""The main job: drop a robot into a building it has never seen and get a map of it.
+
+python -m experiments.explore
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from experiments.command import Command, parse
+from experiments.signals import StopRequest
+
+if TYPE_CHECKING:
+    from experiments.curves import ScoreCurve
+    from experiments.experiment import Experiment
+    from experiments.recorders import Recorder
+    from experiments.run import Run
+    from experiments.run_folder import RunFolder
+    from experiments.summary import Summary
+
+MISTAKE = 2
+"""Exit status of a user's mistake."""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Parse, prepare, explore, write. Returns the exit status: see `Outcome`, and 2 for a user's mistake."""
+    try:
+        command = parse(sys.argv[1:] if arguments is None else arguments)
+        say("preparing (a first run compiles kernels for some seconds)")
+        experiment, folder = set_up(command)
+    except (ValueError, OSError) as mistake:
+        say(f"error: {mistake}")
+        return MISTAKE
+    except KeyboardInterrupt:
+        return 130
+    return explore(experiment, folder, command)
+
+
+def set_up(command: Command) -> tuple[Experiment, RunFolder]:
+    """Everything that can fail for a user's mistake."""
+    from experiments.experiment import prepare
+    from experiments.run_folder import RunFolder
+
+    config = command.experiment.pinned()
+    experiment = prepare(config)
+    if command.out is not None:
+        folder = RunFolder.create(command.out)
+    else:
+        folder = RunFolder.create_named(Path("runs"), f"{experiment.building.name}")
+    folder.write_config(config)
+    return experiment, folder
+
+
+def explore(experiment: Experiment, folder: RunFolder, command: Command) -> int:
+    """Run to the end, or until asked to stop, and write down what came of it."""
+    from experiments.run import run
+    from experiments.summary import summarise
+
+    with StopRequest() as stop:
+        finished = run(experiment, recorders_of(experiment, folder, command), stop)
+        summary = summarise(finished)
+        folder.write_results(finished, summary)
+    say(report(summary, finished, folder))
+    return (
+        128 + stop.signal if stop.signal and summary.status == "interrupted" else finished.outcome.exit_status
+    )
+
+
+def recorders_of(
+    experiment: Experiment, folder: RunFolder, command: Command
+) -> Callable[[ScoreCurve], list[Recorder]]:
+    """Those that the command asks for, to be made when the run begins."""
+    from experiments import run_folder
+    from experiments.progress import ProgressBar
+    from experiments.recorders.coverage_plot import CoveragePlot
+
+    def recorders(curve: ScoreCurve) -> list[Recorder]:
+        building, world_from_map, truth = (
+            experiment.building,
+            experiment.world_from_map,
+            experiment.scorer.truth,
+        )
+        watchers: list[Recorder] = [
+            ProgressBar(curve),
+            CoveragePlot(folder / run_folder.PLOT, curve, building.name),
+        ]
+        if command.record:
+            from experiments.recorders.rerun_recorder import RerunRecorder
+
+            path = folder / run_folder.RECORDING
+            watchers.append(RerunRecorder(path, building, world_from_map, curve, truth))
+        if command.video:
+            from experiments.recorders.video_recorder import VideoRecorder
+
+            watchers.append(VideoRecorder(folder / run_folder.VIDEO, building, world_from_map, curve))
+        return watchers
+
+    return recorders
+
+
+def report(summary: Summary, finished: Run, folder: RunFolder) -> str:
+    """The figures that people look at first."""
+    minutes = summary.sim_time_s / 60.0
+    lines = [
+        f"{summary.status}: {summary.explored:.2%} explored of {summary.explorable_area_m2:.0f} m²",
+        f"{summary.path_length_m:.0f} m driven in {minutes:.1f} min, {summary.real_time_factor:.0f} x real time",
+        f"wrong {summary.wrong:.3%}, wall recall {summary.wall_recall:.2%}, "
+        f"wall error {100.0 * summary.wall_error_m['mean']:.1f} cm, collisions {summary.collisions['events']:.0f}",
+    ]
+    if not summary.honest:
+        lines.append("the robot's last word does not agree with the truth: see `honest` in the summary")
+    if finished.fault:
+        lines.append(f"error: {finished.fault}")
+    lines.append(f"results in {folder.path}")
+    return "\n".join(lines)
+
+
+def say(text: str) -> None:
+    """To people; nothing is written to standard output."""
+    print(text, file=sys.stderr, flush=True)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
