@@ -1,0 +1,187 @@
+"""Kernels: which cells are frontier, and which of them belong together.
+
+The cost follows the number of changed cells and of frontier cells, never the size of the map.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+UNKNOWN, FREE, OCCUPIED = np.uint8(0), np.uint8(1), np.uint8(2)
+FRONTIER = np.uint8(1)
+"""A frontier cell in the mask. While cells are clustered, the mask also holds the marks below."""
+FLOODED, ECHOED, ONE_HALF, OTHER_HALF, DONE = np.uint8(2), np.uint8(3), np.uint8(4), np.uint8(5), np.uint8(6)
+
+
+@njit(cache=True)
+def beside_occupied(state, iy, ix):
+    """Whether a cell has an occupied 8-neighbour."""
+    ny, nx = state.shape
+    for y in range(max(iy - 1, 0), min(iy + 2, ny)):
+        for x in range(max(ix - 1, 0), min(ix + 2, nx)):
+            if state[y, x] == OCCUPIED:
+                return True
+    return False
+
+
+@njit(cache=True)
+def is_frontier(state, iy, ix, ignore_rim):
+    """A free cell with an unknown 4-neighbour; the outside of the array is unknown (Yamauchi 1997).
+
+    With ignore_rim, unknown cells beside an occupied one do not count.
+    """
+    if state[iy, ix] != FREE:
+        return False
+    ny, nx = state.shape
+    for dy, dx in ((-1, 0), (0, -1), (0, 1), (1, 0)):
+        y, x = iy + dy, ix + dx
+        inside = 0 <= y < ny and 0 <= x < nx
+        if (not inside or state[y, x] == UNKNOWN) and not (ignore_rim and beside_occupied(state, y, x)):
+            return True
+    return False
+
+
+@njit(cache=True)
+def full_mask(state, mask, ignore_rim):
+    """Set the mask (ny, nx, zero so far) and return the flat indices of the frontier cells. O(cells)."""
+    ny, nx = state.shape
+    found = np.empty(state.size, np.int32)
+    n = 0
+    for iy in range(ny):
+        for ix in range(nx):
+            if is_frontier(state, iy, ix, ignore_rim):
+                mask[iy, ix] = FRONTIER
+                found[n] = iy * nx + ix
+                n += 1
+    return found[:n].copy()
+
+
+@njit(cache=True)
+def update_mask(flat_cells, state, mask, ignore_rim):
+    """Mend the mask around cells (n,) whose state changed; returns the flat indices of new frontier cells.
+
+    A cell depends on its 4-neighbours and on their 8-neighbours. O(25 n).
+    """
+    ny, nx = state.shape
+    fresh = np.empty(25 * flat_cells.shape[0], np.int32)
+    n = 0
+    for k in range(flat_cells.shape[0]):
+        cy, cx = flat_cells[k] // nx, flat_cells[k] % nx
+        for iy in range(max(cy - 2, 0), min(cy + 3, ny)):
+            for ix in range(max(cx - 2, 0), min(cx + 3, nx)):
+                now = is_frontier(state, iy, ix, ignore_rim)
+                if now and mask[iy, ix] == 0:
+                    fresh[n] = iy * nx + ix
+                    n += 1
+                mask[iy, ix] = now
+    return fresh[:n].copy()
+
+
+@njit(cache=True)
+def flood(mask, first, last, queue, old, new):
+    """Breadth first from the cells queue[first:last] (already marked), through 8-neighbours marked `old`.
+
+    Each takes the mark of the cell that reached it if `new` is 0, else `new`. Returns the end of the
+    queue, whose last cell is one of the farthest. O(cells reached).
+    """
+    ny, nx = mask.shape
+    while first < last:
+        cy, cx = queue[first] // nx, queue[first] % nx
+        mark = new if new else mask[cy, cx]
+        first += 1
+        for iy in range(max(cy - 1, 0), min(cy + 2, ny)):
+            for ix in range(max(cx - 1, 0), min(cx + 2, nx)):
+                if mask[iy, ix] == old:
+                    mask[iy, ix] = mark
+                    queue[last] = iy * nx + ix
+                    last += 1
+    return last
+
+
+@njit(cache=True)
+def extent(cells, nx):
+    """The longer side of the box around flat cells, in cells."""
+    x0, x1, y0, y1 = nx, 0, np.int64(2**62), np.int64(0)
+    for k in range(cells.shape[0]):
+        y, x = cells[k] // nx, cells[k] % nx
+        x0, x1, y0, y1 = min(x0, x), max(x1, x), min(y0, y), max(y1, y)
+    return max(x1 - x0, y1 - y0) + 1
+
+
+@njit(cache=True)
+def halve(mask, cells, room):
+    """Cut a connected set of FLOODED cells in two between its far ends; reorders cells, marks them DONE.
+
+    Each half holds the cells nearer to its end along the set, so each is connected. Returns where
+    the second half begins. O(cells).
+    """
+    nx, n = mask.shape[1], cells.shape[0]
+    flat = mask.reshape(-1)
+    room[0] = cells[0]
+    flat[room[0]] = ECHOED
+    end = room[flood(mask, 0, 1, room, FLOODED, ECHOED) - 1]
+    room[0] = end
+    flat[end] = FLOODED
+    other_end = room[flood(mask, 0, 1, room, ECHOED, FLOODED) - 1]
+    room[0], room[1] = end, other_end
+    flat[end], flat[other_end] = ONE_HALF, OTHER_HALF
+    flood(mask, 0, 2, room, FLOODED, np.uint8(0))
+    low, high = 0, n
+    for k in range(n):
+        if flat[room[k]] == ONE_HALF:
+            cells[low] = room[k]
+            low += 1
+        else:
+            high -= 1
+            cells[high] = room[k]
+    flat[cells] = DONE
+    return low
+
+
+@njit(cache=True)
+def cluster(mask, listed, max_extent):
+    """Group the frontier cells by 8-connectivity and halve groups longer than max_extent cells.
+
+    listed (n,) flat indices holds every frontier cell, perhaps twice, and perhaps cells that are
+    none any more. Returns the cells (m, 2) group by group, the ends (g,) of the groups, and their
+    centroids (g, 2) in cells. O(n), times log(length / max_extent) for what is halved.
+    """
+    flat, nx = mask.reshape(-1), mask.shape[1]
+    order, room = np.empty_like(listed), np.empty_like(listed)
+    ends, cuts = np.empty(listed.shape[0], np.int64), np.empty(listed.shape[0] + 1, np.int64)
+    groups, start = 0, 0
+    for seed in listed:
+        if flat[seed] != FRONTIER:
+            continue
+        order[start], flat[seed] = seed, FLOODED
+        cuts[0], waiting = flood(mask, start, start + 1, order, FRONTIER, FLOODED), 1
+        while waiting:  # the piece at hand is order[start : the nearest cut]
+            piece = order[start : cuts[waiting - 1]]
+            if extent(piece, nx) > max_extent:
+                flat[piece] = FLOODED
+                cuts[waiting] = start + halve(mask, piece, room)
+                waiting += 1
+            else:
+                flat[piece] = DONE
+                waiting -= 1
+                ends[groups] = start = cuts[waiting]
+                groups += 1
+    return summarise(flat, order[:start], ends[:groups], nx)
+
+
+@njit(cache=True)
+def summarise(flat, order, ends, nx):
+    """Cells as (ix, iy) and centroids of groups; leaves the mask with FRONTIER alone. O(cells)."""
+    cells = np.empty((order.shape[0], 2), np.int64)
+    centroids = np.zeros((ends.shape[0], 2))
+    start = 0
+    for group in range(ends.shape[0]):
+        for k in range(start, ends[group]):
+            flat[order[k]] = FRONTIER
+            cells[k, 0], cells[k, 1] = order[k] % nx, order[k] // nx
+            centroids[group, 0] += cells[k, 0]
+            centroids[group, 1] += cells[k, 1]
+        centroids[group] /= ends[group] - start
+        start = ends[group]
+    return cells, ends.copy(), centroids
