@@ -24,15 +24,15 @@ class Lift:
         if active and not self.active:
             pose = data.qpos[:7].copy()
             pose[2] += self.height_m
-            self._model.eq_data[self._weld, :10] = _world_in(pose)
+            self._model.eq_data[self._weld, :10] = _held_at(pose)
         if active != self.active:
             data.eq_active[self._weld] = active
             self.active = active
 
 
-def _world_in(pose: np.ndarray) -> np.ndarray:
-    """What a weld to the world holds for a body at a pose of 7 numbers: an anchor, and the world's position
-    and orientation (w, x, y, z) seen from the body."""
-    position, quaternion = np.zeros(3), np.zeros(4)
-    mujoco.mju_negPose(position, quaternion, pose[:3], pose[3:])
-    return np.concatenate((np.zeros(3), position, quaternion))
+def _held_at(pose: np.ndarray) -> np.ndarray:
+    """What a weld holds that keeps a body's origin at a pose (7 numbers) in the world: the anchor in the world, the
+    anchor in the body, and the world's orientation seen from the body."""
+    world_in_body = np.zeros(4)
+    mujoco.mju_negQuat(world_in_body, pose[3:])
+    return np.concatenate((pose[:3], np.zeros(3), world_in_body))

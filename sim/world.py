@@ -143,6 +143,9 @@ class World:
             )
 
 
+# World turns every warning into a PhysicsFault; MuJoCo's own handler would leave a MUJOCO_LOG.TXT wherever one stands.
+mujoco.set_mju_user_warning(lambda message: None)
+
 _WARNINGS = [
     (name, int(kind)) for name, kind in mujoco.mjtWarning.__members__.items() if name != "mjNWARNING"
 ]
