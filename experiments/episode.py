@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from experiments.stopwatch import Stopwatch
 from occmap.decision import Status
+from occmap.stopwatch import Stopwatch
 
 if TYPE_CHECKING:
     from occmap.decision import Decision

@@ -8,11 +8,11 @@ from typing import Any
 from experiments.config import ExperimentConfig
 from experiments.outcome import Outcome
 from experiments.scoring import Scorer
-from experiments.stopwatch import Stopwatch
 from experiments.streams import Streams
 from occmap.explorer import Explorer
 from occmap.geometry import Pose2
 from occmap.localization import Localizer, OdometryLocalizer
+from occmap.stopwatch import Stopwatch
 from sim.building import Box, Building
 from sim.generators import generate
 from sim.lidar import Lidar
@@ -21,7 +21,7 @@ from sim.odometry import Odometer, Odometry, TrueOdometry
 from sim.plan_images import load_plan
 from sim.robot import Robot
 from sim.starts import with_start
-from sim.truth import building_summary, explorable, truth_grid
+from sim.truth import Mask, TruthGrid, building_summary, explorable, truth_grid
 from sim.world import World, body_radius_m
 
 
@@ -43,16 +43,12 @@ class Experiment:
         return self.scorer.world_from_map
 
     def scorer_at_the_end(self, outcome: Outcome) -> Scorer:
-        """The scorer to judge a last word by: a world that has closed offers only what can still be reached."""
-        world = self.robot.world
+        """The scorer to judge a last word by: a closed world offers only what can still be reached."""
         if outcome is not Outcome.SEALED_IN:
             return self.scorer
+        world = self.robot.world
         truth = truth_grid(self.building, self.scorer.truth.resolution_m, world.closed_doors())
-        config = self.config
-        offered = explorable(
-            truth, world.world_from_robot, body_radius_m(world.model), config.lidar.max_range_m
-        )
-        return Scorer(truth, offered, self.world_from_map)
+        return Scorer(truth, in_sight(self.config, truth, world), self.world_from_map)
 
 
 def prepare(config: ExperimentConfig) -> Experiment:
@@ -63,18 +59,20 @@ def prepare(config: ExperimentConfig) -> Experiment:
         building = make_building(config)
         robot = make_robot(config, building, streams)
     explorer = Explorer(config.explorer, make_localizer(config))
-    with stopwatch.lap("warm_up"):
-        warm_up(config)
     with stopwatch.lap("truth"):
         truth = truth_grid(building, config.explorer.grid.resolution_m)
-        reach = explorable(truth, building.start, body_radius_m(robot.world.model), config.lidar.max_range_m)
-        scorer = Scorer(truth, reach, robot.world.world_from_robot)
+        scorer = Scorer(truth, in_sight(config, truth, robot.world), robot.world.world_from_robot)
         facts = building_summary(building, truth)
     return Experiment(config, building, robot, explorer, scorer, facts, stopwatch)
 
 
+def in_sight(config: ExperimentConfig, truth: TruthGrid, world: World) -> Mask:
+    """What the robot could come to see from where it is."""
+    return explorable(truth, world.world_from_robot, body_radius_m(world.model), config.lidar.max_range_m)
+
+
 def make_building(config: ExperimentConfig) -> Building:
-    """The plan, or a generated building; entered where the config says, else where the building's seed says."""
+    """The plan, or a generated building; entered where the config says, else by the building's seed."""
     streams = Streams(config.building_seed)
     if config.plan is not None:
         building = load_plan(config.plan, config.plan_resolution_m, streams.generator("start"))
@@ -102,12 +100,12 @@ def make_robot(config: ExperimentConfig, building: Building, streams: Streams) -
 
 
 def make_localizer(config: ExperimentConfig) -> Localizer:
-    """Who tells the explorer where it is. With the true pose handed in as odometry, that is simply believed."""
+    """Who tells the explorer where it is. With the true pose handed in as odometry, it is believed."""
     return OdometryLocalizer()
 
 
 def warm_up(config: ExperimentConfig) -> None:
-    """Explore a made-up room for a moment, so that every kernel is compiled and loaded before the clock runs."""
+    """Explore a made-up room for a moment: every kernel is then compiled and loaded."""
     from experiments.episode import episode
 
     walls = (

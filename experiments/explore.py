@@ -49,13 +49,14 @@ def set_up(command: Command) -> tuple[Experiment, RunFolder]:
     if command.out is not None:
         folder = RunFolder.create(command.out)
     else:
-        folder = RunFolder.create_named(Path("runs"), f"{experiment.building.name}")
+        folder = RunFolder.create_named(Path("runs"), experiment.building.name)
     folder.write_config(config)
     return experiment, folder
 
 
 def explore(experiment: Experiment, folder: RunFolder, command: Command) -> int:
     """Run to the end, or until asked to stop, and write down what came of it."""
+    from experiments.outcome import Outcome
     from experiments.run import run
     from experiments.summary import summarise
 
@@ -64,9 +65,9 @@ def explore(experiment: Experiment, folder: RunFolder, command: Command) -> int:
         summary = summarise(finished)
         folder.write_results(finished, summary)
     say(report(summary, finished, folder))
-    return (
-        128 + stop.signal if stop.signal and summary.status == "interrupted" else finished.outcome.exit_status
-    )
+    if finished.outcome is Outcome.INTERRUPTED and stop.signal is not None:
+        return 128 + stop.signal
+    return finished.outcome.exit_status
 
 
 def recorders_of(
@@ -78,20 +79,14 @@ def recorders_of(
     from experiments.recorders.coverage_plot import CoveragePlot
 
     def recorders(curve: ScoreCurve) -> list[Recorder]:
-        building, world_from_map, truth = (
-            experiment.building,
-            experiment.world_from_map,
-            experiment.scorer.truth,
-        )
-        watchers: list[Recorder] = [
-            ProgressBar(curve),
-            CoveragePlot(folder / run_folder.PLOT, curve, building.name),
-        ]
+        building, world_from_map = experiment.building, experiment.world_from_map
+        watchers: list[Recorder] = [ProgressBar(curve)]
+        watchers.append(CoveragePlot(folder / run_folder.PLOT, curve, building.name))
         if command.record:
             from experiments.recorders.rerun_recorder import RerunRecorder
 
             path = folder / run_folder.RECORDING
-            watchers.append(RerunRecorder(path, building, world_from_map, curve, truth))
+            watchers.append(RerunRecorder(path, building, world_from_map, curve, experiment.scorer.truth))
         if command.video:
             from experiments.recorders.video_recorder import VideoRecorder
 
@@ -106,9 +101,11 @@ def report(summary: Summary, finished: Run, folder: RunFolder) -> str:
     minutes = summary.sim_time_s / 60.0
     lines = [
         f"{summary.status}: {summary.explored:.2%} explored of {summary.explorable_area_m2:.0f} m²",
-        f"{summary.path_length_m:.0f} m driven in {minutes:.1f} min, {summary.real_time_factor:.0f} x real time",
+        f"{summary.path_length_m:.0f} m driven in {minutes:.1f} min, "
+        f"{summary.real_time_factor:.0f} times faster than real time",
         f"wrong {summary.wrong:.3%}, wall recall {summary.wall_recall:.2%}, "
-        f"wall error {100.0 * summary.wall_error_m['mean']:.1f} cm, collisions {summary.collisions['events']:.0f}",
+        f"wall error {100.0 * summary.wall_error_m['mean']:.1f} cm, "
+        f"{summary.collisions['events']:.0f} collisions",
     ]
     if not summary.honest:
         lines.append("the robot's last word does not agree with the truth: see `honest` in the summary")

@@ -18,12 +18,11 @@ from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from experiments.outcome import Outcome
 from occmap.decision import Reason, UnknownLeft
 from occmap.geometry import Points, Pose2
-from sim.truth import EIGHT, Mask, TruthGrid
+from sim.truth import Mask, TruthGrid, connected_parts
 
 HIDDEN_M2 = 0.09
 """pi * (0.17 m)²: what the robot itself would stand on."""
@@ -53,10 +52,10 @@ class Clusters:
 
     def __init__(self, unexplored: Mask, truth: TruthGrid) -> None:
         self._truth = truth
-        labels, number = ndimage.label(unexplored, EIGHT)
-        self._sizes = np.bincount(labels.ravel(), minlength=number + 1)[1:]
-        iy, ix = np.nonzero(labels)
-        sizeable = self._sizes[labels[iy, ix] - 1] > SPECK_CELLS if number else np.zeros(0, bool)
+        parts = connected_parts(unexplored)
+        self._sizes = np.bincount(parts.ravel())[1:]
+        iy, ix = np.nonzero(parts)
+        sizeable = self._sizes[parts[iy, ix] - 1] > SPECK_CELLS
         self._in_world: Points = truth.world_from_cell(np.column_stack((ix, iy))[sizeable])
 
     @property

@@ -30,7 +30,7 @@ class Outcome(StrEnum):
 
     @property
     def exit_status(self) -> int:
-        """0 means that the map is as complete as it can be; 1 and 2 are left to crashes and users' mistakes."""
+        """0: the map is as complete as it can be. 1 and 2 are left to crashes and users' mistakes."""
         return EXIT_STATUS[self]
 
 

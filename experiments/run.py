@@ -8,11 +8,11 @@ from dataclasses import dataclass
 
 from experiments.curves import ScoreCurve
 from experiments.episode import Step, episode
-from experiments.experiment import Experiment
+from experiments.experiment import Experiment, warm_up
 from experiments.outcome import Outcome
 from experiments.recorders import Recorder
-from experiments.stopwatch import Stopwatch
 from experiments.trajectory import TrajectoryLog
+from occmap.stopwatch import Stopwatch
 from sim.faults import PhysicsFault
 
 
@@ -45,6 +45,8 @@ def run(
     curve = ScoreCurve(experiment.scorer)
     trajectory = TrajectoryLog(experiment.world_from_map)
     stopwatch = experiment.stopwatch
+    with stopwatch.lap("warm_up"):
+        warm_up(experiment.config)
     watchers = recorders(curve)
     fault, interrupted, min_clearance_m = "", False, float("inf")
     last: Step | None = None
@@ -64,10 +66,10 @@ def run(
         fault = str(error)
     finally:
         loop_s = time.perf_counter() - begun - stopwatch.total_s("scoring") - stopwatch.total_s("truth")
+        if last is not None:
+            curve.sample(last)  # recorders may show the final score as they close
         _close(watchers)
     assert last is not None, "the first scan comes before the first physics step and the time limit"
-    with stopwatch.lap("scoring"):
-        curve.sample(last)
     outcome = _outcome(last, bool(fault), interrupted)
     return Run(experiment, outcome, last, curve, trajectory, min_clearance_m, stopwatch, loop_s, fault)
 

@@ -40,9 +40,8 @@ class RunFolder:
         except OSError as error:
             raise ValueError(f"cannot write to --out {path}: {error.strerror}") from error
         if held:
-            raise ValueError(
-                f"--out {path} already holds a run ({', '.join(held)}): choose another folder, or remove it first"
-            )
+            files = ", ".join(held)
+            raise ValueError(f"--out {path} holds a run already ({files}): choose another or remove it")
         if not is_writable:
             raise ValueError(f"cannot write to --out {path}: permission denied")
         return RunFolder(path)
@@ -57,9 +56,7 @@ class RunFolder:
                 if _made(path):
                     return RunFolder(path)
         except OSError as error:
-            raise ValueError(
-                f"cannot write to {parent}: {error.strerror}; choose another with --out"
-            ) from error
+            raise ValueError(f"cannot write to {parent}: {error.strerror}; choose with --out") from error
         raise ValueError(f"{parent} is full of runs named {name}")
 
     def __truediv__(self, name: str) -> Path:

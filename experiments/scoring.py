@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from occmap.geometry import Pose2
-from occmap.grid import Belief, GridFrame, OccupancyGrid
+from occmap.grid import Belief, OccupancyGrid
 from sim.truth import Mask, TruthGrid, rim, surface
 
 
@@ -50,7 +50,7 @@ class Scorer:
     """
 
     def __init__(self, truth: TruthGrid, explorable: Mask, world_from_map: Pose2) -> None:
-        self.frame = GridFrame(truth.resolution_m, truth.origin_m)
+        self.truth = truth
         self.explorable = explorable
         self.world_from_map = world_from_map
         self._explorable_cells = int(explorable.sum())
@@ -59,14 +59,14 @@ class Scorer:
         self._rim = explorable & rim(truth.wall)
         self._surface = surface(truth.wall, explorable)
         self._read_at = np.nonzero(near(near(explorable)))
-        centres = self.frame.map_from_cell(np.column_stack(self._read_at[::-1]))
+        centres = truth.world_from_cell(np.column_stack(self._read_at[::-1]))
         self._centres_in_map = world_from_map.inverse().apply(centres)
         self._wall_distance_m = ndimage.distance_transform_edt(~truth.wall) * truth.resolution_m
 
     @property
     def explorable_area_m2(self) -> float:
         """What there is to explore."""
-        return self._explorable_cells * self.frame.resolution_m**2
+        return self._explorable_cells * self.truth.resolution_m**2
 
     def belief(self, grid: OccupancyGrid) -> NDArray[np.uint8]:
         """(ny, nx) the map's belief at the centre of each truth cell in or near the explorable area."""
@@ -111,10 +111,10 @@ class Scorer:
         if not len(ix):
             return math.nan, math.nan
         centres = self.world_from_map.apply(grid.frame.map_from_cell(np.column_stack((ix, iy))))
-        cells = self.frame.cell_from_map(centres)
+        cells = self.truth.cell_from_world(centres)
         ny, nx = self._wall_distance_m.shape
         nearest = np.clip(cells, 0, (nx - 1, ny - 1))
-        beyond_m = np.hypot(*(cells - nearest).T) * self.frame.resolution_m
+        beyond_m = np.hypot(*(cells - nearest).T) * self.truth.resolution_m
         error_m = self._wall_distance_m[nearest[:, 1], nearest[:, 0]] + beyond_m
         return float(error_m.mean()), float(np.percentile(error_m, 95))
 

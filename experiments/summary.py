@@ -16,9 +16,9 @@ import numpy as np
 from experiments.curves import Sample
 from experiments.honesty import is_honest
 from experiments.run import Run
-from experiments.stopwatch import Stopwatch
 from experiments.trajectory import absolute_error_m, drift_per_m
 from occmap.grid import OccupancyGrid
+from occmap.stopwatch import Stopwatch
 
 MEASURED = ("wall_time_s", "real_time_factor", "wall_time_by_stage_s", "decision_ms", "peak_memory_mb")
 """The fields that depend on the machine and the moment; all others follow from the config."""

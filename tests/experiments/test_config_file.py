@@ -37,7 +37,7 @@ def written(tmp_path: Path, text: str) -> Path:
 
 
 def test_a_config_survives_its_file(tmp_path):
-    config = Outer("maze", Path("a.yaml"), (3.0, 4.0), False, Inner(7, 0.1 + 0.2, (1.0, 2.0)))
+    config = Outer("maze", Path("a.yaml"), (3.0, 4.0), False, Inner(7, 0.1 + 0.2, (1.0, float("inf"))))
     file = written(tmp_path, json.dumps(config_file.to_plain(config)))
     assert config_file.read(Outer, file) == config
 

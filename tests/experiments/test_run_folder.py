@@ -9,7 +9,7 @@ from experiments.run_folder import RunFolder
 
 def test_a_folder_that_holds_a_run_is_refused_with_a_way_out(tmp_path):
     (tmp_path / "summary.json").write_text("{}")
-    with pytest.raises(ValueError, match=r"already holds a run \(summary.json\).*choose another"):
+    with pytest.raises(ValueError, match=r"holds a run already \(summary.json\).*choose another"):
         RunFolder.create(tmp_path)
 
 

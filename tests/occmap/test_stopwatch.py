@@ -2,7 +2,7 @@
 
 import pytest
 
-from experiments.stopwatch import Stopwatch
+from occmap.stopwatch import Stopwatch
 
 
 def test_laps_add_up_by_stage():
