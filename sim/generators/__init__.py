@@ -63,9 +63,14 @@ class BuildingConfig:
 
 def generate(config: BuildingConfig, rng: np.random.Generator) -> Building:
     """A building of this kind, in which the start reaches all rooms. The rng alone decides which."""
-    from sim.generators import apartment, office
+    from sim.generators import apartment, hall, maze, office
 
-    makers = {"office": office.office, "apartment": apartment.apartment}
+    makers = {
+        "office": office.office,
+        "apartment": apartment.apartment,
+        "maze": maze.maze,
+        "hall": hall.hall,
+    }
     size_m = config.size_m or DEFAULT_SIZE_M[config.kind]
     for _ in range(ATTEMPTS):
         building = makers[config.kind](size_m, rng)

@@ -16,8 +16,14 @@ HALLWAY_M = 1.45
 DEEP_M = 14.0
 """A floor whose short side is longer than this has more than one hallway."""
 ROOMS = LadderConfig(room_width_m=(2.7, 4.2), row_depth_m=(3.2, 5.0), suite_share=0.15)
-BATHS = 4
-"""One room in so many is a bath."""
+BATH_M = (2.2, 2.8)
+"""How wide a bath is."""
+BEDROOM_M2 = 12.0
+"""A bed does not leave enough floor in smaller rooms."""
+BATHS = 5
+"""Of the rooms along a hallway, the smallest one in so many is another bath."""
+LIVINGS = 7
+"""And the largest one in so many a living room or a kitchen."""
 
 
 def apartment(size_m: Size, rng: np.random.Generator) -> Building | None:
@@ -47,22 +53,24 @@ def around_a_hallway(width: float, height: float, rng: np.random.Generator) -> S
     living = sketch.add(Space("living", low, y_kitchen, x_living, y_high))
     kitchen = sketch.add(Space("kitchen", low, low, x_living, y_kitchen))
     sketch.doors += [(living, hallway), (living, kitchen)]
-    lower = add_row(sketch, (x_living, x_high), (low, y_hall), ROOMS, rng)
+    x_bath = round(x_living + rng.uniform(*BATH_M), 2)
+    bath = sketch.add(Space("bath", x_living, low, x_bath, y_hall))
+    lower = add_row(sketch, (x_bath, x_high), (low, y_hall), ROOMS, rng)
     upper = add_row(sketch, (x_living, x_high), (y_top, y_high), ROOMS, rng)
-    sketch.doors += [(room, hallway) for room in lower + upper]
+    sketch.doors += [(room, hallway) for room in (bath, *lower, *upper)]
     if rng.random() < 0.5:
-        sketch.doors.append((kitchen, lower[0]))  # a loop: hallway, living room, kitchen, room
+        sketch.doors.append((living, upper[0]))  # a loop through the room beside the living room
     assign_rooms(sketch, lower + upper, rng)
     return sketch
 
 
 def assign_rooms(sketch: Sketch, rooms: list[int], rng: np.random.Generator) -> None:
-    """The smallest rooms are baths; on a large floor a few of the largest are living rooms and kitchens."""
+    """Bedrooms and studies; of many rooms the smallest are baths, the largest living rooms and kitchens."""
     by_area = sorted(rooms, key=lambda room: area_m2(sketch, room))
-    n_baths = max(1, len(rooms) // BATHS)
-    n_large = len(rooms) // 6
     for k, room in enumerate(by_area):
-        kind = "bath" if k < n_baths else "bedroom" if rng.random() < 0.75 else "office"
-        if len(rooms) - k <= n_large:
+        kind = "bedroom" if area_m2(sketch, room) > BEDROOM_M2 and rng.random() < 0.85 else "office"
+        if k < len(rooms) // BATHS:
+            kind = "bath"
+        elif len(rooms) - k <= len(rooms) // LIVINGS:
             kind = "kitchen" if k % 2 else "living"
         sketch.use(room, kind)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +12,7 @@ from occmap.geometry import Pose2
 from sim.building import Building, Room, Solid
 from sim.generators.furnish import furnish
 from sim.generators.sketch import Sketch
-from sim.generators.spaces import Space, doors_of, walls_of
+from sim.generators.spaces import Opening, Space, doors_of, walls_of
 from sim.starts import BODY_RADIUS_M, largest_region, random_start
 from sim.truth import configuration_space, truth_grid
 
@@ -24,15 +24,24 @@ LARGE_M2 = 2500.0
 """Above this floor area a building is checked on coarse cells."""
 
 Size = tuple[float, float]
+Filler = Callable[[Space, Sequence[Opening], np.random.Generator], list[Solid]]
+"""Furnishes one space; an empty list if that did not work out."""
 
 
-def furnished(kind: str, size_m: Size, sketch: Sketch, rng: np.random.Generator) -> Building | None:
+def furnished(
+    kind: str,
+    size_m: Size,
+    sketch: Sketch,
+    rng: np.random.Generator,
+    fillers: Mapping[str, Filler] | None = None,
+) -> Building | None:
     """Walls, doors, furniture and a start; None if a room stays bare or out of reach."""
     spaces, openings = sketch.spaces, sketch.openings(rng)
     solids: list[Solid] = list(walls_of(spaces, openings))
     for space in spaces:
         if space.is_room:
-            furniture = furnish(space, openings, rng)
+            fill = (fillers or {}).get(space.kind, furnish)
+            furniture = fill(space, openings, rng)
             if not furniture:
                 return None
             solids += furniture

@@ -29,27 +29,27 @@ class Taste:
 
     at_walls: tuple[f.Maker, ...]
     freely: tuple[f.Maker, ...] = ()
-    first_at_wall: f.Maker | None = None
-    first_freely: f.Maker | None = None
+    first_at_wall: tuple[f.Maker, ...] = ()  # the first of these that fits
+    first_freely: tuple[f.Maker, ...] = ()
 
 
 TASTES: dict[str, Taste] = {
-    "office": Taste((f.desk, f.desk, f.cabinet, f.bookcase, f.wall_table), first_at_wall=f.desk),
-    "open plan": Taste(
-        (f.cabinet, f.bookcase), (f.desk_island, f.table_with_chairs), first_freely=f.desk_island
+    "office": Taste((f.desk, f.desk, f.cabinet, f.bookcase, f.wall_table), (), (f.desk, f.small_desk)),
+    "open plan": Taste((f.cabinet, f.bookcase), (f.desk_island, f.table_with_chairs), (), (f.desk_island,)),
+    "meeting": Taste((f.sideboard, f.cabinet), (f.table_with_chairs,), (), (f.table_with_chairs,)),
+    "kitchen": Taste((f.fridge, f.cabinet, f.wall_table), (), (f.counter, f.fridge), (f.table_with_chairs,)),
+    "store": Taste((f.rack, f.rack, f.cabinet, f.wall_table), (), (f.rack,)),
+    "lounge": Taste(
+        (f.sofa, f.sideboard, f.armchair), (f.coffee_table, f.table_with_chairs), (f.sofa,), (f.coffee_table,)
     ),
-    "meeting": Taste((f.sideboard, f.cabinet), (f.table_with_chairs,), first_freely=f.table_with_chairs),
-    "kitchen": Taste(
-        (f.fridge, f.cabinet, f.wall_table), (f.table_with_chairs,), f.counter, f.table_with_chairs
-    ),
-    "store": Taste((f.rack, f.rack, f.cabinet, f.wall_table), first_at_wall=f.rack),
-    "lounge": Taste((f.sofa, f.sideboard, f.armchair_pair), (f.coffee_table, f.table_with_chairs), f.sofa),
     "living": Taste(
-        (f.sofa, f.sideboard, f.bookcase, f.armchair), (f.coffee_table,), f.sofa, f.table_with_chairs
+        (f.sofa, f.sideboard, f.bookcase, f.armchair), (f.coffee_table,), (f.sofa,), (f.table_with_chairs,)
     ),
-    "bedroom": Taste((f.wardrobe, f.desk, f.bookcase, f.single_bed), first_at_wall=f.bed),
-    "bath": Taste((f.wash_stand, f.washing_machine, f.toilet), first_at_wall=f.bath_tub),
-    "stock": Taste((f.rack, f.cabinet), (f.pallet, f.table_with_chairs), first_at_wall=f.rack),
+    "bedroom": Taste(
+        (f.wardrobe, f.bookcase, f.small_desk, f.wall_table), (), (f.bed, f.plain_bed, f.single_bed)
+    ),
+    "bath": Taste((f.wash_stand, f.washing_machine, f.toilet), (), (f.bath_tub, f.shower)),
+    "stock": Taste((f.rack, f.cabinet), (f.pallet, f.table_with_chairs), (f.rack,)),
 }
 
 
@@ -92,9 +92,8 @@ def furnish(space: Space, openings: Sequence[Opening], rng: np.random.Generator)
     room = Furnishing(space.floor(), door_zones(space, openings), [], [])
     target = rng.uniform(*COVER)
     taste = TASTES[space.kind]
-    for maker, place in ((taste.first_freely, add_freely), (taste.first_at_wall, add_along_wall)):
-        if maker is not None:
-            any(place(room, maker(rng), rng) for _ in range(FIRST_ATTEMPTS))
+    for makers, place in ((taste.first_freely, add_freely), (taste.first_at_wall, add_along_wall)):
+        any(place(room, maker(rng), rng) for maker in makers for _ in range(FIRST_ATTEMPTS))
     for _ in range(ATTEMPTS):
         if room.cover >= target:
             break

@@ -81,6 +81,10 @@ def desk(rng: np.random.Generator) -> Piece:
     return Piece(width, 1.12, (_box(0.0, 0.0, width, 0.75, 0.72), sitter))
 
 
+def small_desk(rng: np.random.Generator) -> Piece:
+    return Piece(1.2, 0.94, (_box(0.0, 0.0, 1.2, 0.6, 0.72), chair(0.6, 0.72)))
+
+
 def desk_island(rng: np.random.Generator) -> Piece:
     """Desks face to face, people on both sides."""
     n = int(rng.integers(1, 3))
@@ -138,8 +142,13 @@ def bed(rng: np.random.Generator) -> Piece:
     return Piece(width + 0.8, 2.05, (_box(0.4, 0.0, width, 2.05, 0.55), *tables))
 
 
+def plain_bed(rng: np.random.Generator) -> Piece:
+    return block(1.4, 2.0, 0.5)
+
+
 def single_bed(rng: np.random.Generator) -> Piece:
-    return block(2.0, 0.9, 0.5)
+    """Its long side at the wall."""
+    return block(1.95, 0.85, 0.5)
 
 
 def wardrobe(rng: np.random.Generator) -> Piece:
@@ -162,9 +171,8 @@ def toilet(rng: np.random.Generator) -> Piece:
     return block(0.4, 0.65, 0.45)
 
 
-def armchair_pair(rng: np.random.Generator) -> Piece:
-    """Two armchairs with a gap to drive through."""
-    return Piece(2.4, 0.8, (_box(0.0, 0.0, 0.8, 0.8, 0.75), _box(1.6, 0.0, 0.8, 0.8, 0.75)))
+def shower(rng: np.random.Generator) -> Piece:
+    return block(0.8, 0.8, 1.0)
 
 
 def pallet(rng: np.random.Generator) -> Piece:
