@@ -1,0 +1,20 @@
+"""Rigid transforms of the plane, many at once: rows (x, y, yaw) of an (n, 3) array."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from experiments.trajectory import Poses
+
+
+def between(begin: Poses, end: Poses) -> Poses:
+    """(n, 3) begin^-1 @ end, row by row."""
+    dx, dy = (end[:, :2] - begin[:, :2]).T
+    c, s = np.cos(begin[:, 2]), np.sin(begin[:, 2])
+    return np.column_stack((c * dx + s * dy, c * dy - s * dx, wrapped(end[:, 2] - begin[:, 2])))
+
+
+def wrapped(angle_rad: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The same angles in (-pi, pi]."""
+    return np.pi - (np.pi - angle_rad) % (2.0 * np.pi)

@@ -1,0 +1,72 @@
+"""Trajectories as TUM files: `t x y z qx qy qz qw` a line, seconds and metres."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from experiments.trajectory import Poses, tum
+from occmap.geometry import Pose2
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """Poses in the plane at stamps, in the order of their stamps."""
+
+    times_s: NDArray[np.float64]  # (n,)
+    poses: Poses  # (n, 3) x (m), y (m), yaw (rad)
+
+    def __post_init__(self) -> None:
+        if self.poses.shape != (len(self.times_s), 3):
+            raise ValueError(f"{len(self.times_s)} stamps need as many poses, got shape {self.poses.shape}")
+
+    def __len__(self) -> int:
+        return len(self.times_s)
+
+    @staticmethod
+    def of(times_s: list[float], poses: list[Pose2]) -> Trajectory:
+        rows = [(pose.x_m, pose.y_m, pose.yaw_rad) for pose in poses]
+        return Trajectory(np.array(times_s, np.float64), np.array(rows, np.float64).reshape(-1, 3))
+
+    def of_mounted(self, robot_from_part: list[Pose2]) -> Trajectory:
+        """The trajectory of a part of the robot, given where it sits at each stamp."""
+        robot = [Pose2(*pose) for pose in self.poses.tolist()]
+        return Trajectory.of(
+            self.times_s.tolist(), [a @ b for a, b in zip(robot, robot_from_part, strict=True)]
+        )
+
+    def nearest(self, times_s: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """(k,) which stamp is nearest to each time, and how far it is from it (s)."""
+        after = np.clip(np.searchsorted(self.times_s, times_s), 1, max(len(self) - 1, 1))
+        before = after - 1
+        after = np.minimum(after, len(self) - 1)
+        nearer = np.abs(self.times_s[after] - times_s) < np.abs(self.times_s[before] - times_s)
+        index = np.where(nearer, after, before)
+        return index, np.abs(self.times_s[index] - times_s)
+
+
+def write_tum(path: Path, trajectory: Trajectory) -> None:
+    path.write_text(tum(trajectory.times_s.tolist(), trajectory.poses))
+
+
+def read_tum(path: Path) -> Trajectory:
+    """The planar part of a file's poses, sorted by stamp."""
+    try:
+        with path.open() as file:
+            lines = [line for line in file if line.strip() and not line.startswith("#")]
+        values = np.array([line.split() for line in lines], np.float64).reshape(-1, 8)
+    except OSError as error:
+        raise ValueError(f"cannot read the trajectory {path}: {error.strerror}") from error
+    except ValueError as error:
+        raise ValueError(f"{path} is no TUM trajectory: every line must hold 8 numbers ({error})") from error
+    if not len(values) or not np.all(np.isfinite(values)):
+        raise ValueError(f"{path} is no TUM trajectory: it must hold lines of 8 finite numbers")
+    if not np.allclose(np.linalg.norm(values[:, 4:], axis=1), 1.0, atol=1e-2):
+        raise ValueError(f"{path} is no TUM trajectory: the last 4 numbers must be unit quaternions")
+    values = values[np.argsort(values[:, 0], kind="stable")]
+    x, y, z, w = values[:, 4:].T
+    yaw = np.arctan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z)
+    return Trajectory(values[:, 0].copy(), np.column_stack((values[:, 1:3], yaw)))
