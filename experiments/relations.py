@@ -16,8 +16,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from experiments.planar import between
 from experiments.error_statistics import Statistics
+from experiments.planar import between
 from experiments.trajectory import Poses
 from experiments.tum_file import Trajectory
 
@@ -68,8 +68,8 @@ def score_relations(laser: Trajectory, relations: Relations) -> RelationsScore:
     found = (begin_off_s <= STAMP_TOLERANCE_S) & (end_off_s <= STAMP_TOLERANCE_S)
     if not found.any():
         raise ValueError(
-            f"the trajectory from {laser.times_s[0]:.6f} to {laser.times_s[-1]:.6f} s has none of the stamps of "
-            f"the relations, {relations.begin_s.min():.6f} to {relations.end_s.max():.6f} s"
+            f"the trajectory from {laser.times_s[0]:.6f} to {laser.times_s[-1]:.6f} s has none of the stamps "
+            f"of the relations, {relations.begin_s.min():.6f} to {relations.end_s.max():.6f} s"
         )
     error = between(relations.deltas[found], between(laser.poses[begin[found]], laser.poses[end[found]]))
     translation_m, rotation_deg = np.hypot(*error[:, :2].T), np.degrees(np.abs(error[:, 2]))

@@ -10,8 +10,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from experiments.planar import between
 from experiments.error_statistics import Statistics
+from experiments.planar import between
 from experiments.trajectory import Poses
 from experiments.tum_file import Trajectory
 
