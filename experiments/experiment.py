@@ -18,11 +18,10 @@ from sim.generators import generate
 from sim.lidar import Lidar
 from sim.lidar_noise import LidarStreams
 from sim.odometry import Odometer, Odometry, TrueOdometry
-from sim.plan_images import load_plan
 from sim.robot import Robot
 from sim.starts import with_start
-from sim.truth import Mask, TruthGrid, building_summary, explorable, truth_grid
-from sim.world import World, body_radius_m
+from sim.truth import LIDAR_HEIGHT_M, Mask, TruthGrid, building_summary, explorable, truth_grid
+from sim.world import World
 
 
 @dataclass(frozen=True)
@@ -47,7 +46,7 @@ class Experiment:
         if outcome is not Outcome.SEALED_IN:
             return self.scorer
         world = self.robot.world
-        truth = truth_grid(self.building, self.scorer.truth.resolution_m, world.closed_doors())
+        truth = truth_grid(self.building, self.scorer.truth.resolution_m, closed_doors(world))
         return Scorer(truth, in_sight(self.config, truth, world), self.world_from_map)
 
 
@@ -68,13 +67,24 @@ def prepare(config: ExperimentConfig) -> Experiment:
 
 def in_sight(config: ExperimentConfig, truth: TruthGrid, world: World) -> Mask:
     """What the robot could come to see from where it is."""
-    return explorable(truth, world.world_from_robot, body_radius_m(world.model), config.lidar.max_range_m)
+    return explorable(truth, world.world_from_robot, world.body_radius_m, config.lidar.max_range_m)
+
+
+def closed_doors(world: World) -> list[int]:
+    """The numbers of the doors that stand in the lidar's way now."""
+    if world.faults.close_doors_at_s is None:
+        return []
+    numbers = world.faults.close_doors or range(len(world.building.doors))
+    heights_m = world.doors.height_m
+    return [number for number, height_m in zip(numbers, heights_m, strict=True) if height_m > LIDAR_HEIGHT_M]
 
 
 def make_building(config: ExperimentConfig) -> Building:
     """The plan, or a generated building; entered where the config says, else by the building's seed."""
     streams = Streams(config.building_seed)
     if config.plan is not None:
+        from sim.plan_images import load_plan  # reads images: only where there is one
+
         building = load_plan(config.plan, config.plan_resolution_m, streams.generator("start"))
     else:
         building = generate(config.building, streams.generator("building"))

@@ -70,7 +70,7 @@ class RunFolder:
         """Map, truth, trajectories and summary; the summary comes last, and tells that all is there."""
         from experiments.maps import write_maps
 
-        write_maps(run, self.path)
+        write_maps(run.last.grid, run.experiment.scorer, self.path)
         run.trajectory.write(self / "truth.tum", self / "trajectory.tum")
         self._write_json(SUMMARY, finite(asdict(summary)))
 
