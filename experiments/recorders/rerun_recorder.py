@@ -1,0 +1,226 @@
+"""recording.rrd: an episode to scrub through in the rerun viewer.
+
+Written while the episode runs: every sync_period_s of simulated time all that was logged is pushed
+to the file, so that a process that is killed leaves a recording that opens and lacks at most that.
+"""
+
+from __future__ import annotations
+
+import uuid
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import rerun as rr
+
+from experiments.recorders.belief_tiles import BeliefTiles, Tile
+from experiments.recorders.frontiers import cells_in_map, chosen_frontier, frontier_colour
+from experiments.recorders.rerun_blueprint import TIMELINE, blueprint
+from experiments.recorders.rerun_scene import (
+    BEAM_Z_M,
+    FRONTIER_Z_M,
+    PATH_Z_M,
+    TRAIL_Z_M,
+    log_scene,
+    planar_transform,
+)
+from occmap.geometry import Points, Pose2
+from sim.building import Building
+
+if TYPE_CHECKING:
+    from experiments.curves import Sample, ScoreCurve
+    from experiments.episode import Step
+    from occmap.frontiers import Frontier
+    from sim.truth import TruthGrid
+
+Points32 = np.ndarray
+"""(..., 3) float32 metres."""
+
+
+@dataclass(frozen=True)
+class RerunConfig:
+    """How much of an episode is recorded. Defaults: about 10 MB for ten minutes, 0.5 ms a scan."""
+
+    motion_period_s: float = 0.2
+    """Poses, trails and beams: smooth enough to watch at ten times real time."""
+    map_period_s: float = 1.0
+    """Belief and frontiers: the bulk of the bytes."""
+    sync_period_s: float = 0.8
+    """At most this much simulated time is lost when the process is killed."""
+    rays: int = 60
+    """Beams drawn as lines; every beam that hit shows its end point."""
+    quantum_m: float = 1.0 / 64.0
+    """Beam ends are rounded to this: finer than a cell, and it compresses."""
+
+    def __post_init__(self) -> None:
+        for name in ("motion_period_s", "map_period_s", "sync_period_s", "quantum_m"):
+            if not getattr(self, name) > 0.0:
+                raise ValueError(f"{name} must be positive, got {getattr(self, name)}")
+        if self.rays < 1:
+            raise ValueError(f"rays must be at least 1, got {self.rays}")
+
+
+class RerunRecorder:
+    """Records an episode. The stream is the recorder's own: nothing global is touched."""
+
+    def __init__(
+        self,
+        path: Path,
+        building: Building,
+        world_from_map: Pose2,
+        curve: ScoreCurve,
+        truth: TruthGrid | None = None,
+        config: RerunConfig | None = None,
+    ) -> None:
+        self.config = config or RerunConfig()
+        self._curve = curve
+        self._tiles = BeliefTiles()
+        self._rec = rr.RecordingStream("occmap", recording_id=uuid.uuid4())
+        self._rec.save(path, default_blueprint=blueprint(building))
+        self._rec.set_log_time_enabled(False)  # the wall clock says nothing about an episode
+        self._rec.set_log_tick_enabled(False)
+        log_scene(self._rec, building, world_from_map, truth)
+        self._motion_due_s = self._map_due_s = self._sync_due_s = -np.inf
+        self._last: Step | None = None
+        self._moved: Step | None = None  # the step last seen by _log_motion
+        self._sample: Sample | None = None
+
+    def record(self, step: Step) -> None:
+        """Log what is due at this step."""
+        now_s = step.observation.time_s
+        self._rec.set_time(TIMELINE, duration=now_s)
+        self._log_decision(step)
+        if now_s >= self._motion_due_s:
+            self._motion_due_s = now_s + self.config.motion_period_s - 1e-6
+            self._log_motion(step)
+        if now_s >= self._map_due_s:
+            self._map_due_s = now_s + self.config.map_period_s - 1e-6
+            self._log_map(step)
+        if now_s >= self._sync_due_s:
+            self._sync_due_s = now_s + self.config.sync_period_s - 1e-6
+            self._rec.flush(timeout_sec=0.0)  # starts the push, does not wait for the disk
+        self._last = step
+
+    def close(self) -> None:
+        """Show how it ended and finish the file."""
+        if self._last is not None:
+            self._log_motion(self._last)
+            self._log_map(self._last)
+        self._rec.disconnect()
+
+    def _log_decision(self, step: Step) -> None:
+        """What changes now and then: path, goal, activity, events, scores."""
+        before = self._last.decision if self._last is not None else None
+        now = step.decision
+        if before is None or now.path is not before.path:
+            waypoints = [] if now.path is None else [lifted(now.path.waypoints_in_map, PATH_Z_M)]
+            self._rec.log("world/map/path", rr.LineStrips3D.from_fields(strips=waypoints))
+        if before is None or now.goal is not before.goal:
+            spot = np.empty((0, 2)) if now.goal is None else np.array([now.goal.viewpoint_in_map])
+            self._rec.log("world/map/goal", rr.Points3D.from_fields(positions=lifted(spot, PATH_Z_M)))
+        if before is None or now.activity != before.activity:
+            self._rec.log("activity", rr.StateChange(state=now.activity))
+        for event in now.events:
+            self._rec.log("decisions", rr.TextLog(event, level=rr.TextLogLevel.INFO))
+        if now.unknown_left and (before is None or not before.unknown_left):
+            self._log_unknown_left(step)
+        if self._curve.samples and self._curve.latest is not self._sample:
+            self._sample = self._curve.latest
+            self._log_sample(self._sample)
+
+    def _log_unknown_left(self, step: Step) -> None:
+        for left in step.decision.unknown_left:
+            where = f"({left.in_map[0]:.2f}, {left.in_map[1]:.2f})"
+            line = f"left unknown at {where}: {left.size_m:.2f} m, {left.reason.value}, {left.why}"
+            self._rec.log("decisions", rr.TextLog(line, level=rr.TextLogLevel.WARN))
+
+    def _log_sample(self, sample: Sample) -> None:
+        for entity, value in (
+            ("explored", 100.0 * sample.score.explored),
+            ("path_length", sample.path_length_m),
+            ("pose_error", sample.position_error_m),
+            ("wrong_cells", float(sample.score.wrong_cells)),
+        ):
+            self._rec.log(f"curves/{entity}", rr.Scalars(value))
+
+    def _log_motion(self, step: Step) -> None:
+        """Robot, trails and beams."""
+        estimate, truth = step.decision.map_from_robot, step.truth.world_from_robot
+        self._rec.log("world/map/robot", planar_transform(estimate))
+        self._rec.log("world/true_robot", planar_transform(truth))
+        if self._moved is not None:
+            old_estimate, old_truth = self._moved.decision.map_from_robot, self._moved.truth.world_from_robot
+            self._log_segment("world/map/trail", old_estimate, estimate)
+            self._log_segment("world/true_trail", old_truth, truth)
+        self._moved = step
+        self._log_beams(step)
+
+    def _log_segment(self, entity: str, start: Pose2, end: Pose2) -> None:
+        points = lifted(np.array([start.position, end.position]), TRAIL_Z_M)
+        self._rec.log(entity, rr.LineStrips3D.from_fields(strips=[points]))
+
+    def _log_beams(self, step: Step) -> None:
+        scan, seen = step.observation.scan, step.observation
+        map_from_lidar = step.decision.map_from_robot @ seen.robot_from_lidar
+        far = np.isposinf(scan.ranges_m)
+        reach_m = np.where(far, scan.max_range_m, scan.ranges_m)
+        in_lidar = np.column_stack((reach_m * np.cos(scan.bearings_rad), reach_m * np.sin(scan.bearings_rad)))
+        ends = lifted(self._rounded(map_from_lidar.apply(in_lidar)), BEAM_Z_M)
+        drawn = np.zeros(far.shape, bool)
+        drawn[:: max(1, len(far) // self.config.rays)] = True
+        self._rec.log("world/map/beams/ends", rr.Points3D.from_fields(positions=ends[scan.is_hit]))
+        origin = lifted(self._rounded(np.array([map_from_lidar.position])), BEAM_Z_M)
+        for name, shown in (("hit", drawn & scan.is_hit), ("no_return", drawn & far)):
+            strips = np.stack((np.broadcast_to(origin, ends[shown].shape), ends[shown]), axis=1)
+            self._rec.log(f"world/map/beams/{name}", rr.LineStrips3D.from_fields(strips=strips))
+
+    def _rounded(self, points: Points) -> Points:
+        return np.round(points / self.config.quantum_m) * self.config.quantum_m
+
+    def _log_map(self, step: Step) -> None:
+        """The tiles of the belief that changed, and the frontiers."""
+        for tile in self._tiles.changed(step.grid):
+            self._log_tile(tile, step.grid.frame.resolution_m)
+        self._log_frontiers(step)
+
+    def _log_frontiers(self, step: Step) -> None:
+        chosen, resolution_m = chosen_frontier(step.decision), step.grid.frame.resolution_m
+        others = [f for f in step.decision.frontiers if f is not chosen]
+        self._rec.log(
+            "world/map/frontiers",
+            rr.Points3D.from_fields(
+                positions=frontier_points(others, resolution_m),
+                colors=[frontier_colour(f) for f in others for _ in f.cells],
+                radii=0.6 * resolution_m,
+            ),
+        )
+        at = frontier_points([] if chosen is None else [chosen], resolution_m)
+        self._rec.log("world/map/chosen_frontier", rr.Points3D.from_fields(positions=at))
+
+    def _log_tile(self, tile: Tile, resolution_m: float) -> None:
+        image = tile.image()
+        self._rec.log(
+            f"world/map/belief/{tile.index[0]}_{tile.index[1]}",
+            rr.GridMap(
+                data=image.tobytes(),
+                format=rr.components.ImageFormat(
+                    width=image.shape[1], height=image.shape[0], color_model="L", channel_datatype="U8"
+                ),
+                cell_size=resolution_m,
+                translation=[*tile.low_m, 0.0],
+                colormap=rr.components.Colormap.RvizMap,
+            ),
+        )
+
+
+def lifted(points: Points, z_m: float) -> Points32:
+    """(n, 2) points of the plane as (n, 3) float32 at one height."""
+    return np.column_stack((points, np.full(len(points), z_m))).astype(np.float32)
+
+
+def frontier_points(frontiers: Sequence[Frontier], resolution_m: float) -> Points32:
+    """(n, 3) the centres of all cells of some frontiers."""
+    centres = [cells_in_map(f, resolution_m) for f in frontiers]
+    return lifted(np.concatenate([np.empty((0, 2)), *centres]), FRONTIER_Z_M)

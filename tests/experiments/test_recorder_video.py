@@ -1,0 +1,71 @@
+"""A film of any run lasts 20 to 60 s and plays everywhere."""
+
+import numpy as np
+import pytest
+from imageio_ffmpeg import read_frames
+from PIL import Image
+
+from experiments.recorders.coverage_plot import CoveragePlot, draw_coverage, reached
+from experiments.recorders.video_recorder import VideoConfig, VideoRecorder
+from tests.experiments.fake_episode import START, FakeCurve, building, fake_episode
+
+SMALL = VideoConfig(width_px=640, snapshots=20)
+
+
+def film(path, steps: int, config: VideoConfig = SMALL, camera=None):
+    curve = FakeCurve([])
+    video = VideoRecorder(path, building(), START, curve, config, camera)
+    for step in fake_episode(steps, curve, beams=24):
+        video.record(step)
+    video.close()
+    reader = read_frames(str(path))
+    return next(reader), reader
+
+
+@pytest.mark.parametrize("steps", [1, 30, 500])
+def test_a_film_lasts_20_to_60_seconds_however_long_the_run(tmp_path, steps):
+    meta, _ = film(tmp_path / "exploration.mp4", steps)
+    assert 20.0 <= meta["duration"] <= 60.0
+    assert meta["codec"] == "h264"
+    assert meta["pix_fmt"].startswith("yuv420p")
+    assert all(side % 2 == 0 for side in meta["size"])
+
+
+def test_the_camera_sees_every_moment_once_and_fills_the_right_panel(tmp_path):
+    shots = []
+
+    def open_camera(size_px):
+        def shoot(shot):
+            shots.append(shot.time_s)
+            return Image.new("RGB", size_px, (255, 0, 0))
+
+        return shoot
+
+    meta, frames = film(tmp_path / "exploration.mp4", 30, camera=open_camera)
+    assert shots == sorted(set(shots))
+    width, height = meta["size"]
+    frame = np.frombuffer(next(frames), np.uint8).reshape(height, width, 3)
+    red = (frame[..., 0] > 200) & (frame[..., 1] < 60)
+    assert red[:, width // 2 + 8 :].mean() > 0.5
+    assert red[:, : width // 2 - 8].mean() < 0.01
+
+
+def test_a_run_without_a_scan_leaves_no_film_and_no_plot(tmp_path):
+    VideoRecorder(tmp_path / "a.mp4", building(), START, FakeCurve([]), SMALL).close()
+    CoveragePlot(tmp_path / "a.png", FakeCurve([])).close()
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_plot_marks_the_milestones_that_were_reached(tmp_path):
+    curve = FakeCurve([])
+    for _ in fake_episode(100, curve, beams=12):
+        pass
+    assert [percent for percent, _ in reached(curve.samples)] == [50, 90, 95]
+    draw_coverage(curve.samples, tmp_path / "coverage.png", "a fake hall")
+    assert Image.open(tmp_path / "coverage.png").width == 1200
+
+
+@pytest.mark.parametrize("bad", [{"width_px": 641}, {"snapshots": 1}, {"frames_per_s": 0}])
+def test_nonsense_is_refused(bad):
+    with pytest.raises(ValueError, match="got"):
+        VideoConfig(**bad)
