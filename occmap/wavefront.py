@@ -53,6 +53,17 @@ class Wavefront:
         self._check()
         return self._metres(self.memory.cost).reshape(self.terrain.shape)
 
+    def fixed_point(self) -> tuple[NDArray[np.int32], int]:
+        """The costs as the search keeps them, (ny, nx), not copied, and the bound below which a cell is reached."""
+        self._check()
+        return self.memory.cost.reshape(self.terrain.shape), self.exact_below
+
+    def reached_cells(self) -> NDArray[np.int32]:
+        """(k,) flat indices of the cells in reach."""
+        self._check()
+        touched = self.memory.touched[: self.memory.n_touched]
+        return touched[self.memory.cost[touched] < self.exact_below]
+
     def cost_at(self, cells: Cells) -> NDArray[np.float32]:
         """(n,) the same, for some cells (ix, iy); inf also outside the grid."""
         self._check()

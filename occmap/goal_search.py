@@ -1,0 +1,87 @@
+"""The search for the next goal: the nearer ways first, the hopeless frontiers last."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from occmap.goals import Goal, GoalChooser, best_of
+from occmap.memory import FailedLooks
+
+if TYPE_CHECKING:
+    from occmap.frontiers import Frontier
+    from occmap.grid import OccupancyGrid
+    from occmap.planner import Wavefront
+
+Flood = Callable[[float], "Wavefront"]
+"""A wavefront from where the robot stands over all that costs at most so many metres."""
+
+BOUNDS_M = (4.0, 16.0, math.inf)
+"""Floods are tried with these bounds, one after the other: most goals are near, and a flood costs what it covers."""
+
+
+@dataclass(frozen=True)
+class Search:
+    """What a search found: the goal worth most, if any, all its rivals, and the flood that reached them."""
+
+    best: Goal | None
+    goals: tuple[Goal, ...]
+    wave: Wavefront
+
+
+class GoalSearch:
+    """Looks for viewpoints in widening floods, and only when there is none near a frontier, from afar."""
+
+    def __init__(self, chooser: GoalChooser, looks: FailedLooks) -> None:
+        self.chooser = chooser
+        self.looks = looks
+
+    def run(self, frontiers: Sequence[Frontier], grid: OccupancyGrid, flood: Flood, max_range_m: float) -> Search:
+        """The best goal, or a Search without one over a flood of all that can be reached."""
+        worth_a_look = list(self._worth_a_look(frontiers, grid))
+        for bound_m in BOUNDS_M:
+            wave = flood(bound_m)
+            goals = self._from_near(worth_a_look, grid, wave)
+            best = best_of(goals)
+            if wave.is_exhausted or not self.chooser.may_be_beaten_beyond(bound_m, best):
+                break
+        if best is None:
+            goals = self._from_afar(worth_a_look, grid, wave, max_range_m)
+            best = best_of(goals)
+        return Search(best, tuple(goals), wave)
+
+    def _worth_a_look(
+        self, frontiers: Sequence[Frontier], grid: OccupancyGrid
+    ) -> Iterator[tuple[Frontier, int]]:
+        """Frontiers that are no specks and not yet given up, each with the number of looks that failed."""
+        config = self.chooser.config
+        for frontier in frontiers:
+            if frontier.size * grid.frame.resolution_m < config.min_frontier_m:
+                continue
+            failed = len(self.looks.at(frontier, grid))
+            if failed < len(config.look_from_m):
+                yield frontier, failed
+
+    def _from_near(
+        self, frontiers: Sequence[tuple[Frontier, int]], grid: OccupancyGrid, wave: Wavefront
+    ) -> list[Goal]:
+        look_from_m = self.chooser.config.look_from_m
+        found = (self.chooser.goal_for(frontier, grid, wave, look_from_m[failed]) for frontier, failed in frontiers)
+        return [goal for goal in found if goal is not None]
+
+    def _from_afar(
+        self, frontiers: Sequence[tuple[Frontier, int]], grid: OccupancyGrid, wave: Wavefront, max_range_m: float
+    ) -> list[Goal]:
+        """Through a slot or from a narrow passage, if no look at it has failed before."""
+        for reach_m in (self.chooser.config.look_from_m[0], 0.5 * max_range_m, max_range_m):
+            found = (
+                self.chooser.goal_for(frontier, grid, wave, reach_m, stride=1)
+                for frontier, failed in frontiers
+                if not failed
+            )
+            goals = [goal for goal in found if goal is not None]
+            if goals:
+                return goals
+        return []

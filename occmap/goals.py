@@ -1,0 +1,159 @@
+"""Where to look next: which frontier, and from which viewpoint."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from occmap.frontiers import Frontier
+from occmap.geometry import Points
+from occmap.grid import OccupancyGrid
+
+if TYPE_CHECKING:
+    from occmap.planner import Wavefront
+
+SAME_GOAL_M = 1.0
+"""Goals whose frontiers lie no farther apart are taken for one, seen at two times."""
+
+Strategy = Literal["nearest", "utility"]
+
+
+@dataclass(frozen=True)
+class GoalConfig:
+    """How the explorer values what it could look at."""
+
+    strategy: Strategy = "nearest"
+    """nearest: the frontier with the shortest way to it. utility: lambda * gain - cost."""
+    lambda_m_per_m2: float = 1.0
+    """Metres the robot would drive to see one more square metre (strategy utility)."""
+    gain: Literal["raycast", "size"] = "raycast"
+    """raycast: unknown area that a look from the viewpoint is expected to reveal. size: cheaper,
+    the frontier's length times a depth of 1 m."""
+    gain_range_m: float = 4.0
+    """How far an expected look reaches: nobody knows where the walls behind a frontier are."""
+    look_from_m: tuple[float, ...] = (2.5, 1.2, 0.5)
+    """A viewpoint lies at most this far from its frontier; each look that fails goes nearer."""
+    min_frontier_m: float = 0.2
+    """A shorter frontier is a speck: no gap that the body fits through is this narrow."""
+    hysteresis_m: float = 1.0
+    """Another goal must be better by this much before a good one is abandoned for it."""
+
+    def __post_init__(self) -> None:
+        if self.strategy not in ("nearest", "utility"):
+            raise ValueError(f"strategy must be nearest or utility, got {self.strategy!r}")
+        if not (math.isfinite(self.lambda_m_per_m2) and self.lambda_m_per_m2 >= 0.0):
+            raise ValueError(f"lambda must not be negative, got {self.lambda_m_per_m2}")
+        for name in ("gain_range_m", "min_frontier_m", "hysteresis_m"):
+            if not (math.isfinite(getattr(self, name)) and getattr(self, name) >= 0.0):
+                raise ValueError(f"{name} must not be negative, got {getattr(self, name)}")
+        if not self.look_from_m or min(self.look_from_m) <= 0.0:
+            raise ValueError(f"look_from_m needs positive distances, got {self.look_from_m}")
+
+
+@dataclass(frozen=True, slots=True)
+class Goal:
+    """A frontier to look into, from a place where the body can stand."""
+
+    frontier: Frontier
+    viewpoint_in_map: tuple[float, float]
+    cost_m: float
+    gain_m2: float
+    """nan where the strategy did not ask for it."""
+    utility: float
+    watched_in_map: Points
+    """(k, 2) places on the frontier; when none is frontier any more, the goal is gone."""
+
+    def distance_m(self, other: Goal) -> float:
+        """Between the centroids of the two frontiers."""
+        (x, y), (other_x, other_y) = self.frontier.centroid_in_map, other.frontier.centroid_in_map
+        return math.hypot(x - other_x, y - other_y)
+
+    def __str__(self) -> str:
+        gain = "" if math.isnan(self.gain_m2) else f"gain {self.gain_m2:.2f} m², "
+        x, y = self.frontier.centroid_in_map
+        return f"frontier at ({x:.1f}, {y:.1f}): {gain}cost {self.cost_m:.1f} m, U = {self.utility:.2f}"
+
+
+def utility(gain: float, cost: float, lambda_: float) -> float:
+    """lambda * gain - cost: what a look is worth, less the way there (Burgard et al. 2005, section IV)."""
+    return lambda_ * gain - cost
+
+
+class GoalChooser:
+    """Finds a viewpoint for each frontier and says which is worth most. Remembers nothing."""
+
+    def __init__(self, config: GoalConfig) -> None:
+        from occmap import goals_kernels
+
+        self.config = config
+        self._kernels = goals_kernels
+
+    def goal_for(
+        self, frontier: Frontier, grid: OccupancyGrid, wave: Wavefront, look_from_m: float, stride: int = 2
+    ) -> Goal | None:
+        """The cheapest way to look into one frontier from at most look_from_m away, None if there is none.
+
+        The viewpoint sees unknown cells beyond the frontier, not merely the frontier: an edge of a
+        pillar's shadow is in plain sight from where the shadow was cast, and looking at it from
+        there again shows nothing new.
+        """
+        targets = self._kernels.unknown_beyond(grid.state, frontier.cells, 12)
+        if not len(targets):
+            return None
+        reach = max(1, int(look_from_m / grid.frame.resolution_m))
+        cost, exact_below = wave.fixed_point()
+        ix, iy = self._kernels.find_viewpoint(grid.state, cost, exact_below, targets, reach, stride)
+        if ix < 0:
+            return None
+        cost_m = wave.length_to((ix, iy))
+        gain_m2 = self._gain_m2(frontier, grid, ix, iy)
+        watched = frontier.cells[:: max(1, len(frontier.cells) // 24)]
+        viewpoint = grid.frame.centre_of(ix, iy)
+        return Goal(
+            frontier=replace(frontier, viewpoint=viewpoint),
+            viewpoint_in_map=viewpoint,
+            cost_m=cost_m,
+            gain_m2=gain_m2,
+            utility=-cost_m
+            if self.config.strategy == "nearest"
+            else utility(gain_m2, cost_m, self.config.lambda_m_per_m2),
+            watched_in_map=grid.frame.map_from_cell(watched),
+        )
+
+    def _gain_m2(self, frontier: Frontier, grid: OccupancyGrid, ix: int, iy: int) -> float:
+        r = grid.frame.resolution_m
+        if self.config.strategy == "nearest":
+            return math.nan
+        if self.config.gain == "size":
+            return frontier.size * r * 1.0
+        reach = int(self.config.gain_range_m / r)
+        return self._kernels.expected_gain_cells(grid.state, ix, iy, reach, 96) * r * r
+
+    def may_be_beaten_beyond(self, bound_m: float, best: Goal | None) -> bool:
+        """Whether a goal that costs more than bound_m could be worth more than the best so far."""
+        if best is None:
+            return True
+        if self.config.strategy == "nearest":
+            return best.cost_m > bound_m
+        most = math.pi * self.config.gain_range_m**2
+        return utility(most, bound_m, self.config.lambda_m_per_m2) > best.utility
+
+    def is_gone(self, goal: Goal, grid: OccupancyGrid, frontier_mask: np.ndarray) -> bool:
+        """True once next to nothing of the goal's frontier is left within 0.3 m of where it was."""
+        cells = grid.frame.cell_from_map(goal.watched_in_map)
+        radius = max(1, round(0.3 / grid.frame.resolution_m))
+        return self._kernels.share_with_neighbour(frontier_mask, cells, radius) < 0.25
+
+    def successor(self, goal: Goal, goals: Sequence[Goal]) -> Goal | None:
+        """What has become of a goal since: the nearest among the new ones, if it is near."""
+        nearest = min(goals, key=goal.distance_m, default=None)
+        return nearest if nearest is not None and goal.distance_m(nearest) < SAME_GOAL_M else None
+
+
+def best_of(goals: Iterable[Goal]) -> Goal | None:
+    """The goal of the highest utility; the first of equals, so that runs repeat exactly."""
+    return max(goals, key=lambda goal: goal.utility, default=None)

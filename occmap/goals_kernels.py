@@ -1,0 +1,157 @@
+"""Kernels: where to look from, and what would be seen."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from occmap.grid import Belief
+
+UNKNOWN = np.uint8(Belief.UNKNOWN)
+FREE = np.uint8(Belief.FREE)
+OCCUPIED = np.uint8(Belief.OCCUPIED)
+
+
+@njit(cache=True)
+def sees(state, x0, y0, x1, y1):
+    """True if every cell strictly between two cells is free (Bresenham). O(distance)."""
+    dx, dy = abs(x1 - x0), abs(y1 - y0)
+    sx = 1 if x0 < x1 else -1
+    sy = 1 if y0 < y1 else -1
+    error = dx - dy
+    x, y = x0, y0
+    while True:
+        doubled = 2 * error
+        if doubled > -dy:
+            error -= dy
+            x += sx
+        if doubled < dx:
+            error += dx
+            y += sy
+        if x == x1 and y == y1:
+            return True
+        if state[y, x] != FREE:
+            return False
+
+
+@njit(cache=True)
+def unknown_beyond(state, cells, limit):
+    """Up to `limit` unknown 4-neighbours of frontier cells, spread evenly along them, (k, 2).
+
+    Cells unknown beside an occupied one are a wall's rim: they are taken only where a frontier
+    has nothing else.
+    """
+    ny, nx = state.shape
+    clear = np.empty((limit, 2), np.int64)
+    rim = np.empty((limit, 2), np.int64)
+    n_clear, n_rim = 0, 0
+    step = max(1.0, cells.shape[0] / limit)
+    position = 0.5 * (step - 1.0)
+    while position < cells.shape[0] and n_clear < limit:
+        x, y = cells[int(position), 0], cells[int(position), 1]
+        position += step
+        for dx, dy in ((1, 0), (-1, 0), (0, 1), (0, -1)):
+            ux, uy = x + dx, y + dy
+            if ux < 1 or uy < 1 or ux >= nx - 1 or uy >= ny - 1 or state[uy, ux] != UNKNOWN:
+                continue
+            beside_wall = False
+            for by in range(uy - 1, uy + 2):
+                for bx in range(ux - 1, ux + 2):
+                    beside_wall |= state[by, bx] == OCCUPIED
+            if not beside_wall:
+                clear[n_clear] = ux, uy
+                n_clear += 1
+                break
+            if n_rim < limit:
+                rim[n_rim] = ux, uy
+                n_rim += 1
+    return clear[:n_clear] if n_clear else rim[:n_rim]
+
+
+@njit(cache=True)
+def find_viewpoint(state, cost, exact_below, targets, reach_cells, stride):
+    """The cheapest reached cell from which at least half of the targets are in line of sight.
+
+    Falls back to the cheapest that sees any. The body gets to cells that cost less than
+    `exact_below`. Returns (ix, iy), or (-1, -1) if none sees a target within reach. Cost: one
+    look-up a candidate, and lines of sight only for candidates that would be an improvement.
+    """
+    ny, nx = state.shape
+    n = targets.shape[0]
+    x_low = max(0, targets[:, 0].min() - reach_cells)
+    x_high = min(nx, targets[:, 0].max() + reach_cells + 1)
+    y_low = max(0, targets[:, 1].min() - reach_cells)
+    y_high = min(ny, targets[:, 1].max() + reach_cells + 1)
+    reach_squared = reach_cells * reach_cells
+    needed = (n + 1) // 2
+    best_half, best_any = exact_below, exact_below
+    half_x, half_y, any_x, any_y = -1, -1, -1, -1
+    for y in range(y_low, y_high, stride):
+        for x in range(x_low, x_high, stride):
+            here = cost[y, x]
+            if not here < best_half:
+                continue
+            seen = 0
+            for k in range(n):
+                if seen + n - k < needed and (seen > 0 or not here < best_any):
+                    break
+                tx, ty = targets[k, 0], targets[k, 1]
+                if (tx - x) ** 2 + (ty - y) ** 2 <= reach_squared and sees(state, x, y, tx, ty):
+                    seen += 1
+                    if seen >= needed:
+                        break
+            if seen >= needed:
+                best_half, half_x, half_y = here, x, y
+            if seen > 0 and here < best_any:
+                best_any, any_x, any_y = here, x, y
+    if half_x >= 0:
+        return half_x, half_y
+    return any_x, any_y
+
+
+@njit(cache=True)
+def expected_gain_cells(state, x, y, range_cells, rays):
+    """Unknown area, in cells, that a look around from a cell is expected to reveal.
+
+    Rays cross free and unknown cells alike, end at occupied ones, and each unknown cell crossed
+    stands for the sector it fills at its distance (González-Baños and Latombe 2002, section 4.2).
+    Cost: rays x range. Half-cell steps, so that no cell is stepped over.
+    """
+    ny, nx = state.shape
+    gain = 0.0
+    sector = 2.0 * math.pi / rays
+    for k in range(rays):
+        c, s = math.cos(k * sector), math.sin(k * sector)
+        for i in range(1, 2 * range_cells + 1):
+            r = 0.5 * i
+            ix, iy = int(math.floor(x + 0.5 + r * c)), int(math.floor(y + 0.5 + r * s))
+            if ix < 0 or iy < 0 or ix >= nx or iy >= ny:
+                gain += 0.5 * sector * (range_cells * range_cells - r * r)
+                break
+            here = state[iy, ix]
+            if here == OCCUPIED:
+                break
+            if here == UNKNOWN:
+                gain += 0.5 * r * sector
+    return gain
+
+
+@njit(cache=True)
+def share_with_neighbour(mask, cells, radius):
+    """Share of the cells with a set cell of the mask within a square of the radius around them."""
+    ny, nx = mask.shape
+    found = 0
+    for k in range(cells.shape[0]):
+        x, y = cells[k, 0], cells[k, 1]
+        hit = False
+        for by in range(max(0, y - radius), min(ny, y + radius + 1)):
+            for bx in range(max(0, x - radius), min(nx, x + radius + 1)):
+                if mask[by, bx]:
+                    hit = True
+                    break
+            if hit:
+                break
+        found += hit
+    return found / max(1, cells.shape[0])

@@ -1,0 +1,114 @@
+"""Told from what the robot senses alone: the wheels turn, the robot does not."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+
+from occmap.geometry import Pose2, Twist2, wrap_angle
+from occmap.scan import Observation, Scan
+
+
+@dataclass(frozen=True)
+class StuckConfig:
+    """When to believe that the robot does not move."""
+
+    window_s: float = 2.0
+    """Motion is judged over this long: commands take effect within a fraction of it."""
+    min_commanded_m: float = 0.3
+    """Less than this commanded over the window, no verdict."""
+    min_commanded_rad: float = 0.8
+    moved_share: float = 0.2
+    """Odometry below this share of what was commanded: the wheels are held."""
+    same_range_m: float = 0.06
+    """A range that changed by less, plus 1.5 % of itself, is the same: three sigma of a usual lidar's noise."""
+    same_share: float = 0.9
+    """Share of beams unchanged from which on two scans are the same view."""
+
+    def __post_init__(self) -> None:
+        if not self.window_s > 0.0:
+            raise ValueError(f"window_s must be positive, got {self.window_s}")
+
+
+@dataclass(frozen=True, slots=True)
+class _Moment:
+    time_s: float
+    odom_from_robot: Pose2
+    scan: Scan
+    twist: Twist2  # commanded from this moment on
+
+
+class StuckDetector:
+    """Compares what was commanded over a short window with what odometry and lidar say happened."""
+
+    def __init__(self, config: StuckConfig | None = None) -> None:
+        self.config = config or StuckConfig()
+        self._moments: deque[_Moment] = deque()
+
+    def reset(self) -> None:
+        self._moments.clear()
+
+    @property
+    def last_twist(self) -> Twist2:
+        """The latest command."""
+        return self._moments[-1].twist if self._moments else Twist2.zero()
+
+    def remember(self, seen: Observation, twist: Twist2) -> None:
+        """Note the twist that is about to be commanded."""
+        self._moments.append(_Moment(seen.time_s, seen.odom_from_robot, seen.scan, twist))
+        while seen.time_s - self._moments[0].time_s > self.config.window_s + 1e-6:
+            self._moments.popleft()
+
+    def is_stuck(self, seen: Observation) -> bool:
+        """True if the last window's commands should have moved the robot and did not."""
+        if not self._moments or seen.time_s - self._moments[0].time_s < self.config.window_s - 1e-6:
+            return False
+        commanded_m, commanded_rad = self._commanded(seen.time_s)
+        if abs(commanded_m) < self.config.min_commanded_m and abs(commanded_rad) < self.config.min_commanded_rad:
+            return False
+        start = self._moments[0]
+        moved = start.odom_from_robot.inverse() @ seen.odom_from_robot
+        expected = abs(commanded_m) + abs(commanded_rad)
+        if moved.distance_to(Pose2.identity()) + abs(moved.yaw_rad) < self.config.moved_share * expected:
+            return True
+        return self._wheels_slip(start, seen, moved)
+
+    def _commanded(self, now_s: float) -> tuple[float, float]:
+        """Net forward travel (m) and turn (rad) that the commands of the window add up to."""
+        ends = [m.time_s for m in self._moments][1:] + [now_s]
+        spans = [(m.twist, end - m.time_s) for m, end in zip(self._moments, ends, strict=True)]
+        return (
+            sum(twist.linear_mps * dt for twist, dt in spans),
+            wrap_angle(sum(twist.angular_radps * dt for twist, dt in spans)),
+        )
+
+    def _wheels_slip(self, start: _Moment, seen: Observation, moved: Pose2) -> bool:
+        """Odometry moved, but the view is the same, though such a motion would have changed it."""
+        if len(start.scan.ranges_m) != len(seen.scan.ranges_m):
+            return False
+        if self._share_same(start.scan.ranges_m, seen.scan.ranges_m) < self.config.same_share:
+            return False
+        predicted = _ranges_after(start.scan, seen.robot_from_lidar.inverse() @ moved @ seen.robot_from_lidar)
+        return self._share_same(start.scan.ranges_m, predicted) < 0.5 * self.config.same_share
+
+    def _share_same(self, before: np.ndarray, after: np.ndarray) -> float:
+        both = np.isfinite(before) & np.isfinite(after)
+        if both.sum() < 0.2 * len(before):
+            return 0.0  # a featureless place says nothing about motion
+        before, after = before[both], after[both]
+        return float(np.mean(np.abs(after - before) < self.config.same_range_m + 0.015 * before))
+
+
+def _ranges_after(scan: Scan, old_from_new: Pose2) -> np.ndarray:
+    """(n,) ranges that the points of a scan would have from a new pose, nan where no point falls."""
+    points = old_from_new.inverse().apply(scan.hits_in_lidar())
+    bearings = scan.bearings_rad
+    step = (bearings[-1] - bearings[0]) / max(1, len(bearings) - 1)
+    angles = np.arctan2(points[:, 1], points[:, 0])
+    beam = np.round((angles - bearings[0]) / step).astype(int) % max(1, round(2 * np.pi / abs(step)))
+    inside = beam < len(bearings)
+    ranges = np.full(len(bearings), np.inf)
+    np.minimum.at(ranges, beam[inside], np.hypot(points[inside, 0], points[inside, 1]))
+    return np.where(np.isfinite(ranges), ranges, np.nan)
