@@ -194,14 +194,27 @@ class Follower:
         top = min(limit_mps, 0.8 * c.max_turn_radps / max(abs(curvature), 1e-6))
         if direction < 0.0:
             top = min(top, c.slow_speed_mps)
-        for share in (1.0, 0.6, 0.3, 0.15):
+        for share in (1.0, 0.6, 0.3):
             v = direction * top * share
             w = min(max(v * curvature, -c.max_turn_radps), c.max_turn_radps)
             if self._is_free(twist, v, w, n_hits):
                 self._held_up_s = 0.0
                 return Twist2(v, w)
+        return self._evade(bearing, n_hits, twist)
+
+    def _evade(self, bearing: float, n_hits: int, twist: Twist2) -> Twist2:
+        """The arc to the aim is barred: go slowly in the free direction nearest to it, or wait."""
+        c = self.config
         self._held_up_s += c.period_s
-        return self._turn(error)
+        safe_m = c.body_radius_m + c.safe_margin_m
+        free = self._kernels.free_bearing(bearing, 1.5, 0.15, self._hits, n_hits, safe_m)
+        if math.isnan(free):
+            return self._turn(bearing)
+        error = wrap_angle(free)
+        if abs(error) > 0.1:
+            return self._turn(error)
+        is_free = self._is_free(twist, c.slow_speed_mps, 0.0, n_hits)
+        return Twist2(c.slow_speed_mps if is_free else 0.0, 0.0)
 
     def _turn(self, error: float) -> Twist2:
         """Turn in place by an angle, as fast as it can be ended in time."""
@@ -213,7 +226,8 @@ class Follower:
 
     def _is_free(self, twist: Twist2, v: float, w: float, n_hits: int) -> bool:
         c = self.config
+        hold_s = min(max(0.1 / max(abs(v), 1e-3), 3.0 * c.period_s), 1.0)
         return self._kernels.is_free(
-            twist.linear_mps, twist.angular_radps, v, w, 3.0 * c.period_s, c.acceleration_mps2,
+            twist.linear_mps, twist.angular_radps, v, w, hold_s, c.acceleration_mps2,
             c.turn_acceleration_radps2, self._hits, n_hits, c.body_radius_m + c.safe_margin_m,
         )  # fmt: skip

@@ -207,14 +207,25 @@ def _ramp(value, target, most):
 
 
 @njit(cache=True)
+def least_distance(x, y, hits, n_hits):
+    """From a point to the nearest hit, inf if there is none. O(hits)."""
+    least = np.inf
+    for k in range(n_hits):
+        dx, dy = hits[k, 0] - x, hits[k, 1] - y
+        least = min(least, dx * dx + dy * dy)
+    return math.sqrt(least)
+
+
+@njit(cache=True)
 def is_free(v, w, v_command, w_command, hold_s, v_ramp, w_ramp, hits, n_hits, safe_m):
     """Whether a command, held for hold_s and followed by braking to a stop, hits nothing.
 
-    The twist (v, w) ramps as the base's does. A hit bars the way if the robot's axis comes within
-    safe_m of it and nearer than it is now: a robot that stands too close may still leave. O(steps * hits).
+    The twist (v, w) ramps as the base's does. The axis must stay safe_m from all hits; a robot that
+    stands nearer already may move as long as it comes no nearer to anything than it is. O(steps * hits).
     """
     dt = 0.05
     x, y, yaw = 0.0, 0.0, 0.0
+    need = min(safe_m, least_distance(0.0, 0.0, hits, n_hits))
     hold = int(round(hold_s / dt))
     for step in range(hold + 40):
         is_braking = step >= hold
@@ -225,14 +236,30 @@ def is_free(v, w, v_command, w_command, hold_s, v_ramp, w_ramp, hits, n_hits, sa
         x += v * dt * math.cos(yaw + 0.5 * w * dt)
         y += v * dt * math.sin(yaw + 0.5 * w * dt)
         yaw += w * dt
-        for k in range(n_hits):
-            dx, dy = hits[k, 0] - x, hits[k, 1] - y
-            square = dx * dx + dy * dy
-            if square < safe_m * safe_m:
-                now = math.sqrt(hits[k, 0] * hits[k, 0] + hits[k, 1] * hits[k, 1])
-                if math.sqrt(square) < now - 0.003:
-                    return False
+        if least_distance(x, y, hits, n_hits) < need:
+            return False
     return True
+
+
+@njit(cache=True)
+def free_bearing(bearing, widest, reach_m, hits, n_hits, safe_m):
+    """The direction nearest to `bearing` in which reach_m straight ahead are free; nan if none within `widest`.
+
+    Free as in `is_free`. A coarse vector field histogram (Borenstein and Koren 1991). O(directions * hits).
+    """
+    need = min(safe_m, least_distance(0.0, 0.0, hits, n_hits))
+    step = 0.1
+    for i in range(2 * int(widest / step) + 1):
+        direction = bearing + step * ((i + 1) // 2) * (1.0 if i % 2 else -1.0)
+        is_clear = True
+        for k in range(1, 6):
+            along = reach_m * k / 5
+            if least_distance(along * math.cos(direction), along * math.sin(direction), hits, n_hits) < need:
+                is_clear = False
+                break
+        if is_clear:
+            return direction
+    return np.nan
 
 
 @njit(cache=True)
