@@ -166,8 +166,8 @@ class OccupancyGrid:
         """
         ny, nx = self.shape
         r = self.config.resolution_m
-        low = [math.floor(v / r) for v in low_m]
-        high = [math.floor(v / r) + 1 for v in high_m]
+        low = [math.floor(v / r + BORDER) for v in low_m]
+        high = [math.floor(v / r + BORDER) + 1 for v in high_m]
         if nx == 0:
             new_low, new_high = low, high
         else:

@@ -1,0 +1,298 @@
+"""The mapper: every vote where the lesson casts it, and the belief that follows."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from occmap.geometry import Pose2
+from occmap.grid import Belief, GridConfig, GridFrame, OccupancyGrid
+from occmap.mapper import GridChange, Mapper
+from occmap.rays import ray_cells
+from occmap.scan import Scan
+from occmap.sensor_model import SensorModelConfig, vote
+
+HIT, MISS = 0.85, -0.40
+AHEAD = np.zeros(1)
+
+
+def beams(bearings, ranges, max_range_m: float = 12.0, min_range_m: float = 0.05) -> Scan:
+    return Scan(np.asarray(bearings, float), np.asarray(ranges, float), max_range_m, min_range_m)
+
+
+def random_scan(rng: np.random.Generator, n: int = 90) -> Scan:
+    ranges = rng.uniform(0.0, 5.0, n)
+    ranges[rng.random(n) < 0.1] = np.inf
+    ranges[rng.random(n) < 0.1] = np.nan
+    return beams(np.linspace(-math.pi, math.pi, n, endpoint=False), ranges, 4.5)
+
+
+def random_pose(rng: np.random.Generator) -> Pose2:
+    return Pose2(*rng.uniform(-2.0, 2.0, 2), rng.uniform(-math.pi, math.pi))
+
+
+def at(grid: OccupancyGrid, x_m: float, y_m: float) -> float:
+    ix, iy = grid.frame.cell_at(x_m, y_m)
+    return float(grid.log_odds[iy, ix])
+
+
+def votes_twin(scan: Scan, pose: Pose2, grid: OccupancyGrid, half_width: float = 0.0, alpha_m: float = 0.0):
+    """(ny, nx) misses and hits of one scan, beam by beam in plain NumPy."""
+    misses, hits = np.zeros(grid.shape, int), np.zeros(grid.shape, int)
+    start = grid.frame.cell_at(*pose.position)
+    iy, ix = np.indices(grid.shape)
+    centres = grid.frame.map_from_cell(np.stack((ix, iy), axis=-1)) - pose.position
+    r = np.hypot(*np.moveaxis(centres, -1, 0))
+    for bearing, z in zip(scan.bearings_rad, scan.ranges_m, strict=True):
+        if not z >= scan.min_range_m:
+            continue
+        reached, is_hit = min(z, scan.max_range_m), z < scan.max_range_m
+        direction = np.array([math.cos(pose.yaw_rad + bearing), math.sin(pose.yaw_rad + bearing)])
+        if half_width:
+            along = centres @ direction
+            across = np.abs(centres @ np.array([-direction[1], direction[0]]))
+            half_cell = grid.config.resolution_m / 2
+            inside = (along >= -half_cell) & (across <= np.maximum(along * math.tan(half_width), half_cell))
+            said = np.vectorize(vote)(r, reached, math.inf if is_hit else reached, max(alpha_m, half_cell))
+            misses += inside & (said < 0)
+            hits += inside & (said > 0)
+            continue
+        end = grid.frame.cell_at(*(np.array(pose.position) + reached * direction))
+        *crossed, last = ray_cells(*start, *end).tolist()
+        for cx, cy in crossed if is_hit else [*crossed, last]:
+            misses[cy, cx] += 1
+        hits[last[1], last[0]] += is_hit
+    return misses, hits
+
+
+def belief_twin(log_odds: np.ndarray, misses: np.ndarray, hits: np.ndarray, one_vote: bool) -> np.ndarray:
+    if one_vote:
+        misses, hits = (misses > 0) & (hits == 0), hits > 0
+    after_misses = np.maximum(log_odds + misses * MISS, -6.0)
+    return np.minimum(after_misses + hits * HIT, 6.0)
+
+
+def test_lesson_cell_table():
+    mapper, grid = Mapper(), OccupancyGrid()
+    believed = [0.5]
+    for z in (2.0, 2.0, 2.0, 3.0, 2.0):  # hit, hit, hit, a stray miss, hit
+        mapper.insert(beams(AHEAD, [z]), Pose2(0.01, 0.01, 0.0), grid)
+        believed.append(1.0 / (1.0 + math.exp(-at(grid, 2.01, 0.01))))
+    np.testing.assert_allclose(believed, [0.50, 0.70, 0.85, 0.93, 0.90, 0.95], atol=0.006)
+
+
+def test_lesson_beam_casts_four_free_votes_and_one_occupied():
+    mapper, grid = Mapper(), OccupancyGrid(GridConfig(resolution_m=1.0))
+    mapper.insert(beams([math.atan2(2.0, 4.0)], [math.hypot(4.0, 2.0)]), Pose2(0.5, 0.5, 0.0), grid)
+    votes = {(ix, iy): at(grid, ix + 0.5, iy + 0.5) for ix in range(5) for iy in range(3)}
+    free, occupied = pytest.approx(MISS), pytest.approx(HIT)
+    assert {cell: value for cell, value in votes.items() if value} == {
+        (0, 0): free,
+        (1, 0): free,
+        (2, 1): free,
+        (3, 1): free,
+        (4, 2): occupied,
+    }
+
+
+def test_lesson_three_beams_of_one_scan_make_a_cell_free():
+    mapper, grid = Mapper(), OccupancyGrid()
+    mapper.insert(beams([-0.001, 0.0, 0.001], [3.0, 3.0, 3.0]), Pose2(0.02, 0.02, 0.0), grid)
+    assert at(grid, 1.0, 0.02) == pytest.approx(-1.20)
+    ix, iy = grid.frame.cell_at(1.0, 0.02)
+    assert grid.probability()[iy, ix] == pytest.approx(0.23, abs=0.005)
+    assert grid.state[iy, ix] == Belief.FREE
+
+
+def test_lesson_pose_facing_north_hits_cell_240_280():
+    mapper, grid = Mapper(), OccupancyGrid()
+    mapper.insert(beams(AHEAD, [3.0]), Pose2(2.0, 1.0, math.pi / 2), grid)
+    lesson = GridFrame(0.05, (-10.0, -10.0))
+    iy, ix = np.nonzero(grid.log_odds)
+    cells = lesson.cell_from_map(grid.frame.map_from_cell(np.column_stack((ix, iy)))).tolist()
+    values = dict(zip(map(tuple, cells), grid.log_odds[iy, ix].tolist(), strict=True))
+    assert values.pop((240, 280)) == pytest.approx(HIT)
+    assert values == {(240, 220 + k): pytest.approx(MISS) for k in range(60)}
+
+
+@pytest.mark.parametrize(("clamp", "misses"), [(6.0, 15), (math.inf, 1063)])
+def test_lesson_clamp_lets_an_opened_door_be_learnt_in_15_misses(clamp: float, misses: int):
+    mapper, grid = Mapper(), OccupancyGrid(GridConfig(clamp=clamp))
+    pose = Pose2(0.01, 0.01, 0.0)
+    for _ in range(500):
+        mapper.insert(beams(AHEAD, [2.0]), pose, grid)
+    for _ in range(misses - 1):
+        mapper.insert(beams(AHEAD, [3.0]), pose, grid)
+    assert at(grid, 2.01, 0.01) > 1e-3
+    mapper.insert(beams(AHEAD, [3.0]), pose, grid)
+    assert at(grid, 2.01, 0.01) < 1e-3
+
+
+@pytest.mark.parametrize("one_vote", [False, True])
+def test_the_kernel_equals_its_twin_and_reports_every_change(one_vote: bool):
+    rng = np.random.default_rng(0)
+    mapper, grid = Mapper(SensorModelConfig(one_vote_per_scan=one_vote)), OccupancyGrid()
+    mapper.insert(beams([], []), Pose2.identity(), grid)
+    grid.grow_to_contain((-7.0, -7.0), (7.0, 7.0))
+    for _ in range(25):
+        scan, pose = random_scan(rng), random_pose(rng)
+        expected = belief_twin(grid.log_odds.astype(float), *votes_twin(scan, pose, grid), one_vote)
+        before = grid.state.copy()
+        change = mapper.insert(scan, pose, grid)
+        assert not change.grew
+        np.testing.assert_allclose(grid.log_odds, expected, atol=1e-4)
+        assert_state_is_the_thresholded_belief(grid)
+        assert_change_is_the_difference(change, before, grid.state)
+
+
+def assert_state_is_the_thresholded_belief(grid: OccupancyGrid):
+    expected = np.full(grid.shape, Belief.UNKNOWN, np.uint8)
+    expected[grid.log_odds < grid.free_below] = Belief.FREE
+    expected[grid.log_odds > grid.occupied_above] = Belief.OCCUPIED
+    np.testing.assert_array_equal(grid.state, expected)
+
+
+def assert_change_is_the_difference(change: GridChange, before: np.ndarray, after: np.ndarray):
+    flipped = np.flatnonzero(before != after)
+    np.testing.assert_array_equal(np.sort(change.flat_cells), flipped)
+    np.testing.assert_array_equal(change.was, before.ravel()[change.flat_cells])
+    np.testing.assert_array_equal(change.cells[:, 1] * after.shape[1] + change.cells[:, 0], change.flat_cells)
+    for box, differs in (
+        (change.state_box, before != after),
+        (change.occupied_box, (before == Belief.OCCUPIED) != (after == Belief.OCCUPIED)),
+    ):
+        outside = differs.copy()
+        outside[box.slices()] = False
+        assert not outside.any()
+        assert box.is_empty == (not differs.any())
+
+
+@settings(deadline=None, max_examples=20)
+@given(st.integers(0, 2**32 - 1), st.booleans())
+def test_the_order_of_beams_does_not_change_the_map(seed: int, one_vote: bool):
+    rng = np.random.default_rng(seed)
+    mapper = Mapper(SensorModelConfig(one_vote_per_scan=one_vote))
+    scan, pose, shuffled = random_scan(rng), random_pose(rng), rng.permutation(90)
+    grids = OccupancyGrid(), OccupancyGrid()
+    mapper.insert(scan, pose, grids[0])
+    mapper.insert(beams(scan.bearings_rad[shuffled], scan.ranges_m[shuffled], 4.5), pose, grids[1])
+    np.testing.assert_array_equal(grids[0].log_odds, grids[1].log_odds)
+
+
+def test_the_order_of_scans_and_growth_do_not_change_the_map():
+    rng = np.random.default_rng(1)
+    mapper = Mapper(SensorModelConfig(hit_log_odds=0.02, miss_log_odds=-0.01))  # far from the clamp
+    scans = [(random_scan(rng), random_pose(rng)) for _ in range(8)]
+    grids = OccupancyGrid(), OccupancyGrid()
+    for grid, order in zip(grids, (scans, scans[::-1]), strict=True):
+        for scan, pose in order:
+            mapper.insert(scan, pose, grid)
+        grid.grow_to_contain((-9.0, -9.0), (9.0, 9.0))
+    for cell in np.argwhere(grids[0].log_odds)[::7]:
+        x_m, y_m = grids[0].frame.centre_of(int(cell[1]), int(cell[0]))
+        assert at(grids[1], x_m, y_m) == pytest.approx(at(grids[0], x_m, y_m), abs=1e-4)
+    assert grids[0].log_odds.sum() == pytest.approx(grids[1].log_odds.sum(), rel=1e-4)
+
+
+def test_a_beam_that_met_nothing_frees_its_whole_length_and_occupies_nothing():
+    for z in (math.inf, 12.0, 13.0):
+        mapper, grid = Mapper(), OccupancyGrid()
+        mapper.insert(beams(AHEAD, [z]), Pose2(0.01, 0.01, 0.0), grid)
+        assert int((grid.log_odds < 0.0).sum()) == 241  # 12 m and the robot's own cell
+        assert not (grid.log_odds > 0.0).any()
+
+
+@pytest.mark.parametrize("z", [math.nan, 0.04, -math.inf, -1.0])
+def test_failed_and_too_short_beams_say_nothing(z: float):
+    mapper, grid = Mapper(), OccupancyGrid()
+    change = mapper.insert(beams(AHEAD, [z]), Pose2.identity(), grid)
+    assert not grid.log_odds.any()
+    assert len(change.flat_cells) == 0
+    assert change.state_box.is_empty
+
+
+def test_beams_are_spent_no_farther_than_their_usable_range():
+    mapper, grid = Mapper(SensorModelConfig(usable_range_m=2.0)), OccupancyGrid()
+    mapper.insert(beams([0.0, math.pi / 2], [3.0, 1.0]), Pose2(0.01, 0.01, 0.0), grid)
+    assert at(grid, 1.99, 0.01) < 0.0
+    assert grid.frame.cell_at(2.5, 0.0)[0] >= grid.shape[1]
+    assert at(grid, 0.01, 1.01) > 0.0
+
+
+def test_rays_that_graze_a_wall_do_not_erase_it():
+    """A corridor's wall seen at a flat angle: its cells are crossed more often than they are hit."""
+    mapper, grid = Mapper(SensorModelConfig(one_vote_per_scan=True)), OccupancyGrid()
+    bearings = np.linspace(0.02, 0.6, 400)
+    for _ in range(20):
+        mapper.insert(beams(bearings, np.minimum(0.52 / np.sin(bearings), np.inf)), Pose2(0.01, 0.01, 0.0), grid)
+    hits = [(0.01 + 0.52 / math.tan(b), 0.53) for b in bearings if 0.52 / math.sin(b) < 12.0]
+    assert all(at(grid, *place) == 6.0 for place in hits)
+
+
+def test_hits_count_after_misses_that_saturate():
+    """A thin leg before a wall: hundreds of rays pass through its cell, one hits it, and it shows."""
+    mapper, grid = Mapper(), OccupancyGrid()
+    ranges = np.full(200, 3.0)
+    ranges[0] = 1.0
+    mapper.insert(beams(np.zeros(200), ranges), Pose2(0.01, 0.01, 0.0), grid)
+    assert at(grid, 1.01, 0.01) == pytest.approx(-6.0 + HIT)
+
+
+def test_thickness_of_10_cm_paints_a_wall_five_cells_thick():
+    mapper, grid = Mapper(SensorModelConfig(obstacle_thickness_m=0.10)), OccupancyGrid()
+    mapper.insert(beams(AHEAD, [3.0]), Pose2(0.025, 0.025, 0.0), grid)
+    occupied = np.argwhere(grid.log_odds > 0.0)
+    assert len(occupied) == 5
+    assert grid.frame.map_from_cell(occupied[:, ::-1])[:, 0].tolist() == pytest.approx(
+        [2.925, 2.975, 3.025, 3.075, 3.125]
+    )
+    assert at(grid, 2.87, 0.025) == pytest.approx(MISS)
+
+
+@pytest.mark.parametrize("alpha_m", [0.0, 0.1])
+def test_a_wide_beam_votes_on_the_wedge_like_its_twin(alpha_m: float):
+    rng = np.random.default_rng(2)
+    config = SensorModelConfig(beam_width_rad=math.radians(25.0), obstacle_thickness_m=alpha_m)
+    mapper, grid = Mapper(config), OccupancyGrid(GridConfig(resolution_m=0.1))
+    sonar = beams(np.linspace(-math.pi, math.pi, 12, endpoint=False), rng.uniform(0.3, 6.0, 12), 5.0)
+    pose = random_pose(rng)
+    mapper.insert(sonar, pose, grid)
+    misses, hits = votes_twin(sonar, pose, grid, math.radians(12.5), alpha_m)
+    np.testing.assert_allclose(grid.log_odds, belief_twin(0.0 * misses, misses, hits, False), atol=1e-5)
+    assert_state_is_the_thresholded_belief(grid)
+
+
+def test_a_wide_beam_learns_more_cells_than_a_thin_one():
+    known = []
+    for width in (0.0, math.radians(15.0), math.radians(30.0)):
+        mapper, grid = Mapper(SensorModelConfig(beam_width_rad=width)), OccupancyGrid()
+        mapper.insert(beams(AHEAD, [3.0]), Pose2.identity(), grid)
+        known.append(np.count_nonzero(grid.log_odds))
+    assert 3 * known[0] < known[1] < known[2]
+
+
+@pytest.mark.parametrize("config", [SensorModelConfig(), SensorModelConfig(beam_width_rad=0.4)])
+def test_the_grid_grows_no_farther_than_the_beams_reach(config: SensorModelConfig):
+    mapper, grid = Mapper(config), OccupancyGrid()
+    assert mapper.insert(beams([0.0, 1.0], [2.0, 3.0]), Pose2.identity(), grid).grew
+    ny, nx = grid.shape
+    slack = 2 * (0.1 + 12.1 * math.tan(config.beam_width_rad / 2))
+    assert nx * 0.05 < 2.0 + slack + 0.2
+    assert ny * 0.05 < 3.0 * math.sin(1.0) + slack + 0.2
+
+
+def test_a_grid_swapped_in_whole_reports_all_that_it_knows():
+    mapper, grid = Mapper(), OccupancyGrid()
+    mapper.insert(random_scan(np.random.default_rng(3)), Pose2.identity(), grid)
+    change = GridChange.of_everything(grid)
+    assert change.grew
+    assert len(change.flat_cells) == np.count_nonzero(grid.state)
+
+
+def test_a_scan_of_more_beams_than_can_be_counted_is_refused():
+    with pytest.raises(ValueError, match="at most 65534 beams, got 70000"):
+        Mapper().insert(beams(np.zeros(70_000), np.ones(70_000)), Pose2.identity(), OccupancyGrid())
