@@ -4,5 +4,6 @@ Importing it loads no kernels.
 """
 
 from occmap.localization.localizer import Estimate, Localizer, OdometryLocalizer
+from occmap.localization.slam import SlamConfig, SlamLocalizer
 
-__all__ = ["Estimate", "Localizer", "OdometryLocalizer"]
+__all__ = ["Estimate", "Localizer", "OdometryLocalizer", "SlamConfig", "SlamLocalizer"]

@@ -7,7 +7,7 @@ from typing import Protocol
 
 from occmap.geometry import Pose2
 from occmap.grid import OccupancyGrid
-from occmap.scan import Observation
+from occmap.scan import Observation, Scan
 
 
 @dataclass(frozen=True)
@@ -21,6 +21,8 @@ class Estimate:
     """The map, rebuilt from corrected poses and owned by the receiver from now on; this scan is not in it yet."""
     map_shift: Pose2 | None = None
     """new_map_from_old_map near the robot, given with `grid`: what carries goals and paths over the correction."""
+    scan: Scan | None = None
+    """The scan as seen from that one pose, if the robot moved while the beams were cast; insert this one."""
 
 
 class Localizer(Protocol):

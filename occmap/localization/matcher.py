@@ -1,0 +1,112 @@
+"""Finds the pose at which points fit a submap: a correlative search, then Gauss-Newton."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from occmap.geometry import Points, Pose2
+from occmap.localization.motion import Prediction
+from occmap.localization.submap import Submap
+
+
+@dataclass(frozen=True)
+class MatcherConfig:
+    """How points are fitted to a submap."""
+
+    spacing_m: float = 0.10
+    """The search uses points at least this far apart, so that near walls do not outvote far ones."""
+    prior_cost: float = 0.02
+    """Score that a candidate sqrt(2) standard deviations off the prediction must make up for."""
+    prior_cap: float = 0.06
+    """The most score that the prediction can cost: wheels may be plain wrong."""
+    sigma_m: float = 0.10
+    """Standard deviation of one point's residual; above the sensor's, since neighbours err together."""
+    wide_m: float = 0.12
+    """Scale of the robust loss at first."""
+    narrow_m: float = 0.05
+    """Scale of the robust loss in the end."""
+    iterations: int = 6
+    """Gauss-Newton steps at each scale, at most."""
+
+
+@dataclass(frozen=True)
+class Match:
+    """Where points fit a submap."""
+
+    submap_from_robot: Pose2
+    information: NDArray[np.float64]  # (3, 3) of x, y, yaw in the submap's frame, from the points alone
+    posterior: NDArray[np.float64]  # (3, 3) the same with the prediction's
+    fit: float
+    """Share of the points that lie on the map, 0 to 1."""
+
+
+class Matcher:
+    """Olson 2009 for the search; point-to-line Gauss-Newton (Censi 2008) for the last centimetre."""
+
+    def __init__(self, config: MatcherConfig | None = None) -> None:
+        from occmap.localization import search_kernels, surfel_kernels
+
+        self.config = config or MatcherConfig()
+        self._search = search_kernels
+        self._surfels = surfel_kernels
+        self._scales = np.array([self.config.wide_m, self.config.narrow_m])
+
+    def match(self, points: Points, submap: Submap, guess: Pose2, prediction: Prediction) -> Match:
+        """Points (n, 2) of the robot's frame against a submap, near a guess of submap_from_robot."""
+        start = self._track(points, submap, guess, prediction)
+        off = guess.inverse() @ start
+        sm, sr = prediction.sigma_m, prediction.sigma_rad
+        surprise = (off.x_m**2 + off.y_m**2) / sm**2 + off.yaw_rad**2 / sr**2
+        # a search that went elsewhere has caught the wheels lying: Cauchy-like, let go of them
+        prior = np.diag([sm**-2, sm**-2, sr**-2]) / (1.0 + surprise / 9.0) ** 2
+        return self.refine(points, submap, start, guess, prior)
+
+    def _track(self, points: Points, submap: Submap, guess: Pose2, prediction: Prediction) -> Pose2:
+        """The best pose on the raster near the guess, weighed against the prediction."""
+        apart = self._search.thin(points, self.config.spacing_m)
+        if len(apart) == 0:
+            return guess
+        raster, unit = submap.raster, self.config.prior_cost * 255.0 * len(apart)
+        turn_step = angle_step(points, raster.cell_m)
+        pose, _ = self.search(
+            apart, submap, guess, prediction.window_m, prediction.window_rad, turn_step,
+            unit * (raster.cell_m / prediction.sigma_m) ** 2, unit * (turn_step / prediction.sigma_rad) ** 2,
+        )  # fmt: skip
+        return pose
+
+    def search(self, points: Points, submap: Submap, guess: Pose2, window_m: float, window_rad: float,
+               turn_step: float, shift_cost: float = 0.0, angle_cost: float = 0.0,
+               least_score: float = -1.0) -> tuple[Pose2, float]:  # fmt: skip
+        """Best pose on the raster within a window round the guess, and its score (mean, 0 to 1)."""
+        raster, whole = submap.raster, 255.0 * len(points)
+        turn, x, y, score = self._search.search(
+            raster.buffer, raster.starts, raster.shapes, points, *raster.origin_m, 1.0 / raster.cell_m,
+            np.array([guess.x_m, guess.y_m, guess.yaw_rad]), math.ceil(window_rad / turn_step), turn_step,
+            math.ceil(window_m / raster.cell_m), shift_cost, angle_cost, self.config.prior_cap * whole,
+            least_score * whole,
+        )  # fmt: skip
+        best = Pose2(
+            guess.x_m + x * raster.cell_m, guess.y_m + y * raster.cell_m, guess.yaw_rad + turn * turn_step
+        )
+        return best, score / whole
+
+    def refine(self, points: Points, submap: Submap, start: Pose2, prior: Pose2,
+               prior_information: NDArray[np.float64]) -> Match:  # fmt: skip
+        """Gauss-Newton from start, pulled to a prior by its (3, 3) information."""
+        m, c = submap.surfels, self.config
+        pose, information, weight = self._surfels.refine(
+            m.index, m.rows, *m.origin_m, m.voxels_per_m, points,
+            np.array([start.x_m, start.y_m, start.yaw_rad]), np.array([prior.x_m, prior.y_m, prior.yaw_rad]),
+            prior_information, c.sigma_m, self._scales, c.iterations,
+        )  # fmt: skip
+        return Match(Pose2(*pose), information, information + prior_information, weight / max(1, len(points)))
+
+
+def angle_step(points: Points, cell_m: float) -> float:
+    """The turn that moves the farthest point by about a cell; far stragglers do not count."""
+    reach = float(np.sqrt((points * points).sum(axis=1).max()))
+    return cell_m / min(max(reach, 1.0), 15.0)

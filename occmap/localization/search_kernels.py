@@ -1,0 +1,180 @@
+"""Kernels of the correlative search: a likelihood raster, its pyramid of upper bounds, branch and bound.
+
+A pyramid lives in one flat uint8 buffer. Level 0 is the raster. An entry (J, I) of level k > 0 is
+the maximum over the 2h x 2h fine cells from ((I - 1) h, (J - 1) h) on, h = 2^k: whatever shift
+from 0 to h - 1 cells moves a point of block I - 1, it lands in there. That is the bound that
+branch and bound needs, at a third more memory than the raster alone.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+
+@njit(cache=True)
+def thin(points, spacing_m):
+    """The points (n, 2) that lie at least spacing_m from the last one kept, in order."""
+    kept = np.empty_like(points)
+    n, last = 0, -1
+    for k in range(points.shape[0]):
+        if (
+            last < 0
+            or (points[k, 0] - points[last, 0]) ** 2 + (points[k, 1] - points[last, 1]) ** 2
+            >= spacing_m * spacing_m
+        ):
+            kept[n] = points[k]
+            n += 1
+            last = k
+    return kept[:n].copy()
+
+
+@njit(cache=True)
+def stamp(buffer, starts, shapes, points, origin_x, origin_y, cells_per_m, profile):
+    """Press a peak round every point (n, 2) into all levels, keeping maxima.
+
+    `profile` (r, r) uint8 falls with the distance in cells along both axes. O(points * r^2).
+    """
+    radius = profile.shape[0] - 1
+    ny, nx = shapes[0, 0], shapes[0, 1]
+    for p in range(points.shape[0]):
+        cx = int(np.floor((points[p, 0] - origin_x) * cells_per_m))
+        cy = int(np.floor((points[p, 1] - origin_y) * cells_per_m))
+        if cx < radius or cy < radius or cx >= nx - radius or cy >= ny - radius:
+            continue
+        if buffer[starts[0] + cy * nx + cx] == profile[0, 0]:
+            continue  # an earlier point stood in the same cell
+        for y in range(cy - radius, cy + radius + 1):
+            row = starts[0] + y * nx
+            for x in range(cx - radius, cx + radius + 1):
+                value = profile[abs(y - cy), abs(x - cx)]
+                if value > buffer[row + x]:
+                    buffer[row + x] = value
+        for k in range(1, starts.shape[0]):
+            _stamp_bound(buffer, starts[k], shapes[k, 1], k, cx, cy, profile)
+
+
+@njit(cache=True)
+def _stamp_bound(buffer, start, width, k, cx, cy, profile):
+    """One peak, at level k: the peak falls with distance, so a block's maximum is at its nearest cell."""
+    radius = profile.shape[0] - 1
+    h = 1 << k
+    for j in range((cy - radius) >> k, ((cy + radius) >> k) + 2):
+        dy = max((j - 1) * h - cy, cy - (j + 1) * h + 1, 0)
+        if dy > radius:
+            continue
+        for i in range((cx - radius) >> k, ((cx + radius) >> k) + 2):
+            dx = max((i - 1) * h - cx, cx - (i + 1) * h + 1, 0)
+            if dx > radius:
+                continue
+            at = start + j * width + i
+            if profile[dy, dx] > buffer[at]:
+                buffer[at] = profile[dy, dx]
+
+
+@njit(cache=True)
+def _score(buffer, start, height, width, k, cells, shift_x, shift_y):
+    """Sum over the cells (n, 2) of one angle, shifted, of a level's entries."""
+    lift = 1 if k > 0 else 0
+    total = 0
+    for p in range(cells.shape[0]):
+        i = ((cells[p, 0] + shift_x) >> k) + lift
+        j = ((cells[p, 1] + shift_y) >> k) + lift
+        if 0 <= i < width and 0 <= j < height:
+            total += buffer[start + j * width + i]
+    return total
+
+
+@njit(cache=True)
+def _nearest(low, high):
+    """The smallest |s| for low <= s <= high."""
+    return max(low, -high, 0)
+
+
+@njit(cache=True)
+def search(buffer, starts, shapes, points, origin_x, origin_y, cells_per_m, guess, half_angles, angle_step,
+           half_cells, shift_cost, angle_cost, cost_cap, least):  # fmt: skip
+    """Best pose of points (n, 2) on the raster within a window round guess (x, y, yaw).
+
+    The window is +-half_cells cells and +-half_angles steps of angle_step. The score is the sum of
+    raster values less shift_cost * cells^2 + angle_cost * steps^2, at most cost_cap. Returns (angle step, cells in x,
+    cells in y, score); score is `least` if nothing beats it. Depth-first branch and bound over
+    translations, all angles at once (Olson 2009; Hess et al. 2016, algorithm 3).
+    """
+    n_angles = 2 * half_angles + 1
+    cells = np.empty((n_angles, points.shape[0], 2), np.int64)
+    for a in range(n_angles):
+        yaw = guess[2] + (a - half_angles) * angle_step
+        c, s = np.cos(yaw), np.sin(yaw)
+        for p in range(points.shape[0]):
+            x = guess[0] + c * points[p, 0] - s * points[p, 1]
+            y = guess[1] + s * points[p, 0] + c * points[p, 1]
+            cells[a, p, 0] = int(np.floor((x - origin_x) * cells_per_m))
+            cells[a, p, 1] = int(np.floor((y - origin_y) * cells_per_m))
+    top = 0
+    while top < starts.shape[0] - 1 and (1 << (top + 1)) <= 2 * half_cells + 1:
+        top += 1
+    blocks = (2 * half_cells >> top) + 1
+    bounds = np.empty(n_angles * blocks * blocks, np.float64)
+    for a in range(n_angles):
+        for j in range(blocks):
+            for i in range(blocks):
+                bounds[(a * blocks + j) * blocks + i] = _bound(
+                    buffer, starts, shapes, cells[a], top, (i << top) - half_cells, (j << top) - half_cells,
+                    a - half_angles, half_cells, shift_cost, angle_cost, cost_cap)  # fmt: skip
+    best = (0, 0, 0, least)
+    stack = np.empty((4 * (top + 2), 3), np.int64)
+    stack_bound = np.empty(4 * (top + 2), np.float64)
+    for node in np.argsort(-bounds, kind="mergesort"):
+        if bounds[node] <= best[3]:
+            break
+        a = node // (blocks * blocks)
+        i, j = node % blocks, (node // blocks) % blocks
+        best = _descend(buffer, starts, shapes, cells[a], a - half_angles, top, i, j, bounds[node], half_cells,
+                        shift_cost, angle_cost, cost_cap, stack, stack_bound, best)  # fmt: skip
+    return best
+
+
+@njit(cache=True)
+def _bound(
+    buffer, starts, shapes, cells, k, low_x, low_y, angle, half_cells, shift_cost, angle_cost, cost_cap
+):
+    """What no pose of the block of shifts [low, low + 2^k) can exceed; exact at level 0."""
+    reach = (1 << k) - 1
+    dx, dy = _nearest(low_x, min(low_x + reach, half_cells)), _nearest(low_y, min(low_y + reach, half_cells))
+    gain = _score(buffer, starts[k], shapes[k, 0], shapes[k, 1], k, cells, low_x, low_y)
+    return gain - min(shift_cost * (dx * dx + dy * dy) + angle_cost * angle * angle, cost_cap)
+
+
+@njit(cache=True)
+def _descend(buffer, starts, shapes, cells, angle, top, i, j, bound, half_cells, shift_cost, angle_cost, cost_cap, stack,
+             stack_bound, best):  # fmt: skip
+    """Depth first below one block, the most promising child first; returns the best so far."""
+    size = 1
+    stack[0, 0], stack[0, 1], stack[0, 2], stack_bound[0] = top, (i << top), (j << top), bound
+    while size > 0:
+        size -= 1
+        k, x, y = stack[size, 0], stack[size, 1], stack[size, 2]
+        if stack_bound[size] <= best[3]:
+            continue
+        if k == 0:
+            best = (angle, x - half_cells, y - half_cells, stack_bound[size])
+            continue
+        first = size
+        h = 1 << (k - 1)
+        for child in range(4):
+            cx, cy = x + (child & 1) * h, y + (child >> 1) * h
+            if cx > 2 * half_cells or cy > 2 * half_cells:
+                continue
+            value = _bound(buffer, starts, shapes, cells, k - 1, cx - half_cells, cy - half_cells, angle,
+                           half_cells, shift_cost, angle_cost, cost_cap)  # fmt: skip
+            if value <= best[3]:
+                continue
+            at = size
+            while at > first and stack_bound[at - 1] > value:  # the best ends on top
+                stack[at] = stack[at - 1]
+                stack_bound[at] = stack_bound[at - 1]
+                at -= 1
+            stack[at, 0], stack[at, 1], stack[at, 2], stack_bound[at] = k - 1, cx, cy, value
+            size += 1
+    return best

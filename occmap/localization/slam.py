@@ -1,0 +1,124 @@
+"""Simultaneous localisation and mapping: track locally, close loops globally, correct the past."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from occmap.geometry import Points, Pose2
+from occmap.grid import GridConfig, OccupancyGrid
+from occmap.localization.localizer import Estimate
+from occmap.localization.loop_closure import LoopCloser, LoopClosureConfig
+from occmap.localization.matcher import Matcher, MatcherConfig
+from occmap.localization.motion import MotionConfig, MotionModel
+from occmap.localization.pose_graph import PoseGraph
+from occmap.localization.submap import SubmapConfig
+from occmap.localization.told_map import ToldMap, ToldMapConfig
+from occmap.localization.tracker import Tracked, Tracker, TrackerConfig
+from occmap.localization.undistortion import undistorted
+from occmap.scan import Observation, Scan
+from occmap.sensor_model import SensorModelConfig
+
+
+@dataclass(frozen=True)
+class SlamConfig:
+    """One set of parameters for every building, robot and log."""
+
+    motion: MotionConfig = field(default_factory=MotionConfig)
+    matcher: MatcherConfig = field(default_factory=MatcherConfig)
+    submap: SubmapConfig = field(default_factory=SubmapConfig)
+    tracker: TrackerConfig = field(default_factory=TrackerConfig)
+    loops: LoopClosureConfig = field(default_factory=LoopClosureConfig)
+    told: ToldMapConfig = field(default_factory=ToldMapConfig)
+
+
+class SlamLocalizer:
+    """Scans against submaps, submaps against submaps, and all of them in one pose graph."""
+
+    def __init__(
+        self,
+        config: SlamConfig | None = None,
+        grid: GridConfig | None = None,
+        sensor_model: SensorModelConfig | None = None,
+    ) -> None:
+        self.config = c = config or SlamConfig()
+        matcher = Matcher(c.matcher)
+        self.motion = MotionModel(c.motion)
+        self.tracker = Tracker(c.tracker, c.submap, matcher)
+        self.graph = PoseGraph()
+        self.loops = LoopCloser(c.loops, matcher, self.graph, self.tracker.submaps)
+        self.told = ToldMap(c.told, grid, sensor_model)
+        self.track: list[tuple[float, Tracked]] = []
+        self._settled = True
+
+    def update(self, seen: Observation) -> Estimate:
+        """Where the robot is, given what it senses now."""
+        prediction = self.motion.predict(seen)
+        scan = undistorted(seen.scan, seen.robot_from_lidar, prediction.step, self.motion.step_s)
+        points = matched_points(scan, seen.robot_from_lidar, self.config.submap.reach_m)
+        tracked = self.tracker.update(points, prediction, scan, seen.robot_from_lidar)
+        self.motion.took(self.tracker.last_step)
+        self.track.append((seen.time_s, tracked))
+        self._add_new_submaps()
+        self._think()
+        return self._tell(seen, scan, tracked)
+
+    def finish(self) -> None:
+        """Nothing more will be seen: close the loops that can be closed, and settle."""
+        for submap in self.tracker.finish():
+            self.loops.propose(submap)
+        while self.loops.busy:
+            self._think()
+        self.graph.optimise()
+
+    def trajectory(self) -> list[tuple[float, Pose2]]:
+        """(time, map_from_robot) of every observation in turn, as all that was seen since has it."""
+        poses = self._map_from_submap()
+        return [(time_s, tracked.in_map(poses)) for time_s, tracked in self.track]
+
+    def map(self) -> OccupancyGrid:
+        """The grid, built anew from the corrected poses of all mapped scans."""
+        return self.told.fresh(self._map_from_submap())
+
+    def _map_from_submap(self) -> list[Pose2]:
+        return [self.graph.pose(k) for k in range(len(self.graph.poses))]
+
+    def _add_new_submaps(self) -> None:
+        for k in range(len(self.graph.poses), len(self.tracker.submaps)):
+            submap = self.tracker.submaps[k]
+            self.told.add_submap(submap.previous_from_submap)
+            if k == 0:
+                self.graph.add_node(Pose2.identity())
+                continue
+            self.graph.add_node(self.graph.pose(k - 1) @ submap.previous_from_submap)
+            self.graph.add_edge(k - 1, k, submap.previous_from_submap, submap.information)
+            if k >= 2:
+                self.loops.propose(k - 2)
+
+    def _think(self) -> None:
+        """A turn's part of all that may take longer than a turn."""
+        if self.loops.step():
+            self._settled = False
+        if not self._settled:
+            self._settled = self.graph.iterate().converged
+            if self._settled:
+                self.told.correct(self._map_from_submap())
+
+    def _tell(self, seen: Observation, scan: Scan, tracked: Tracked) -> Estimate:
+        """The pose in the frame that the receiver knows; or the corrected one, and a grid to go with it."""
+        before = self.told.pose_of(tracked)
+        grid = self.told.step()
+        pose = self.told.pose_of(tracked)
+        insert = self.told.wants(seen.time_s, tracked)
+        if insert:
+            self.told.add_scan(scan, seen.robot_from_lidar, tracked)
+        shift = None if grid is None else pose @ before.inverse()
+        return Estimate(pose, insert, grid, shift, None if scan is seen.scan else scan)
+
+
+def matched_points(scan: Scan, robot_from_lidar: Pose2, reach_m: float) -> Points:
+    """(n, 2) the hits within reach, in the robot's frame."""
+    hits = scan.hits_in_lidar()
+    hits = hits[(hits * hits).sum(axis=1) < reach_m * reach_m]
+    return np.ascontiguousarray(robot_from_lidar.apply(hits))

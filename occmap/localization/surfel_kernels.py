@@ -1,0 +1,195 @@
+"""Kernels of the fine match: a map of surfels (little pieces of wall) and Gauss-Newton against it.
+
+A surfel is the mean of all points that fell into one voxel, with the normal of the wall round it.
+`index` (ny, nx) int32 holds a voxel's row in `surfels` (capacity, 6) or -1; a row is
+(mean x, mean y, normal x, normal y, flatness, count). A flatness of 0 says that there is no normal.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+
+@njit(cache=True)
+def insert(index, surfels, size, points, origin_x, origin_y, voxels_per_m):
+    """Average points (n, 2) into their voxels and renew those voxels' normals; returns the new size.
+
+    The capacity must hold size + n rows. O(points * 25).
+    """
+    ny, nx = index.shape
+    for p in range(points.shape[0]):
+        ix = int(np.floor((points[p, 0] - origin_x) * voxels_per_m))
+        iy = int(np.floor((points[p, 1] - origin_y) * voxels_per_m))
+        if ix < 2 or iy < 2 or ix >= nx - 2 or iy >= ny - 2:
+            continue
+        row = index[iy, ix]
+        if row < 0:
+            row = size
+            index[iy, ix] = row
+            surfels[row, :] = 0.0
+            size += 1
+        surfels[row, 5] += 1.0
+        surfels[row, 0] += (points[p, 0] - surfels[row, 0]) / surfels[row, 5]
+        surfels[row, 1] += (points[p, 1] - surfels[row, 1]) / surfels[row, 5]
+    for p in range(points.shape[0]):
+        ix = int(np.floor((points[p, 0] - origin_x) * voxels_per_m))
+        iy = int(np.floor((points[p, 1] - origin_y) * voxels_per_m))
+        if 2 <= ix < nx - 2 and 2 <= iy < ny - 2:
+            _renew_normal(index, surfels, ix, iy)
+    return size
+
+
+@njit(cache=True)
+def renew_normals(index, surfels, size, origin_x, origin_y, voxels_per_m):
+    """The normals of all surfels, from all that is known by now."""
+    for row in range(size):
+        ix = int(np.floor((surfels[row, 0] - origin_x) * voxels_per_m))
+        iy = int(np.floor((surfels[row, 1] - origin_y) * voxels_per_m))
+        _renew_normal(index, surfels, ix, iy)
+
+
+@njit(cache=True)
+def _renew_normal(index, surfels, ix, iy):
+    """Principal axes of the surfels in the 5 x 5 voxels round one; flatness = 1 - thin / long variance."""
+    n = 0.0
+    sx = sy = sxx = sxy = syy = 0.0
+    here = index[iy, ix]
+    x0, y0 = surfels[here, 0], surfels[here, 1]
+    for y in range(iy - 2, iy + 3):
+        for x in range(ix - 2, ix + 3):
+            row = index[y, x]
+            if row >= 0:
+                w = min(surfels[row, 5], 5.0)
+                dx, dy = surfels[row, 0] - x0, surfels[row, 1] - y0
+                n += w
+                sx += w * dx
+                sy += w * dy
+                sxx += w * dx * dx
+                sxy += w * dx * dy
+                syy += w * dy * dy
+    cxx, cxy, cyy = sxx / n - sx * sx / n / n, sxy / n - sx * sy / n / n, syy / n - sy * sy / n / n
+    middle, spread = 0.5 * (cxx + cyy), np.hypot(0.5 * (cxx - cyy), cxy)
+    thin, long = max(middle - spread, 0.0), middle + spread
+    if long < 0.0025:  # a blob of less than 5 cm has no direction
+        surfels[here, 4] = 0.0
+        return
+    angle = 0.5 * np.arctan2(2.0 * cxy, cxx - cyy) + 0.5 * np.pi
+    surfels[here, 2], surfels[here, 3] = np.cos(angle), np.sin(angle)
+    surfels[here, 4] = 1.0 - thin / long
+
+
+@njit(cache=True)
+def nearest(index, surfels, ix, iy, x, y):
+    """The row of the surfel nearest to a point of voxel (ix, iy) among its 3 x 3 voxels, or -1."""
+    best, best_d2 = -1, np.inf
+    for j in range(max(iy - 1, 0), min(iy + 2, index.shape[0])):
+        for i in range(max(ix - 1, 0), min(ix + 2, index.shape[1])):
+            row = index[j, i]
+            if row >= 0:
+                d2 = (surfels[row, 0] - x) ** 2 + (surfels[row, 1] - y) ** 2
+                if d2 < best_d2:
+                    best, best_d2 = row, d2
+    return best
+
+
+@njit(cache=True)
+def linearise(index, surfels, origin_x, origin_y, voxels_per_m, points, pose, scale, hessian, gradient):
+    """Adds the points' normal equations about pose (x, y, yaw); returns the sum of weights.
+
+    Point-to-line residuals where the surfel is flat, blended into point-to-point where it is not;
+    Geman-McClure weights of the given scale (m) let go of what the map does not know. O(points * 9).
+    """
+    c, s = np.cos(pose[2]), np.sin(pose[2])
+    weight_sum = 0.0
+    for p in range(points.shape[0]):
+        rx = c * points[p, 0] - s * points[p, 1]
+        ry = s * points[p, 0] + c * points[p, 1]
+        x, y = rx + pose[0], ry + pose[1]
+        ix = int(np.floor((x - origin_x) * voxels_per_m))
+        iy = int(np.floor((y - origin_y) * voxels_per_m))
+        if ix < 0 or iy < 0 or ix >= index.shape[1] or iy >= index.shape[0]:
+            continue
+        row = nearest(index, surfels, ix, iy, x, y)
+        if row < 0:
+            continue
+        ex, ey = x - surfels[row, 0], y - surfels[row, 1]
+        flat = surfels[row, 4]
+        nx, ny = surfels[row, 2], surfels[row, 3]
+        # metric M = flat^2 n n^T + (1 - flat) * 0.1 * I, in which e^T M e is the squared residual
+        f2, iso = flat * flat, 0.1 * (1.0 - flat)
+        mxx, mxy, myy = f2 * nx * nx + iso, f2 * nx * ny, f2 * ny * ny + iso
+        gx, gy = mxx * ex + mxy * ey, mxy * ex + myy * ey
+        r2 = gx * ex + gy * ey
+        w = scale * scale / (scale * scale + r2)
+        w *= w
+        weight_sum += w
+        hx, hy = mxx * -ry + mxy * rx, mxy * -ry + myy * rx
+        hessian[0, 0] += w * mxx
+        hessian[0, 1] += w * mxy
+        hessian[1, 1] += w * myy
+        hessian[0, 2] += w * hx
+        hessian[1, 2] += w * hy
+        hessian[2, 2] += w * (hx * -ry + hy * rx)
+        gradient[0] += w * gx
+        gradient[1] += w * gy
+        gradient[2] += w * (gx * -ry + gy * rx)
+    return weight_sum
+
+
+@njit(cache=True)
+def refine(index, surfels, origin_x, origin_y, voxels_per_m, points, start, prior, prior_information, sigma_m,
+           scales, iterations):  # fmt: skip
+    """Gauss-Newton from start (x, y, yaw), pulled to prior by its 3 x 3 information.
+
+    One pass per robust scale, wide to narrow. Returns (pose, information of the points alone,
+    sum of robust weights). About 0.05 ms for 180 points.
+    """
+    pose = start.copy()
+    hessian = np.zeros((3, 3))
+    weight = 0.0
+    per_point = 1.0 / (sigma_m * sigma_m)
+    for scale in scales:
+        for _ in range(iterations):
+            hessian[:, :] = 0.0
+            gradient = np.zeros(3)
+            weight = linearise(
+                index, surfels, origin_x, origin_y, voxels_per_m, points, pose, scale, hessian, gradient
+            )
+            hessian[1, 0], hessian[2, 0], hessian[2, 1] = hessian[0, 1], hessian[0, 2], hessian[1, 2]
+            hessian *= per_point
+            offset = pose - prior
+            offset[2] = np.pi - (np.pi - offset[2]) % (2.0 * np.pi)
+            step = _solve3(hessian + prior_information, gradient * per_point + prior_information @ offset)
+            pose -= step
+            if step[0] * step[0] + step[1] * step[1] < 1e-8 and abs(step[2]) < 1e-5:
+                break
+    return pose, hessian, weight
+
+
+@njit(cache=True)
+def _solve3(a, b):
+    """x of a x = b for a symmetric positive definite 3 x 3, by Cramer's rule; a zero step if it is singular."""
+    c00 = a[1, 1] * a[2, 2] - a[1, 2] * a[2, 1]
+    c01 = a[1, 2] * a[2, 0] - a[1, 0] * a[2, 2]
+    c02 = a[1, 0] * a[2, 1] - a[1, 1] * a[2, 0]
+    det = a[0, 0] * c00 + a[0, 1] * c01 + a[0, 2] * c02
+    x = np.zeros(3)
+    if det <= 1e-12:
+        return x
+    c11 = a[0, 0] * a[2, 2] - a[0, 2] * a[2, 0]
+    c12 = a[0, 2] * a[1, 0] - a[0, 0] * a[1, 2]
+    c22 = a[0, 0] * a[1, 1] - a[0, 1] * a[1, 0]
+    x[0] = (c00 * b[0] + c01 * b[1] + c02 * b[2]) / det
+    x[1] = (c01 * b[0] + c11 * b[1] + c12 * b[2]) / det
+    x[2] = (c02 * b[0] + c12 * b[1] + c22 * b[2]) / det
+    return x
+
+
+@njit(cache=True)
+def reindex(index, surfels, origin_x, origin_y, voxels_per_m):
+    """Enter all surfels into an empty index."""
+    for row in range(surfels.shape[0]):
+        ix = int(np.floor((surfels[row, 0] - origin_x) * voxels_per_m))
+        iy = int(np.floor((surfels[row, 1] - origin_y) * voxels_per_m))
+        index[iy, ix] = row

@@ -1,0 +1,141 @@
+"""What the receiver of the estimates knows: poses that stay true to the grid they are used in."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from occmap.geometry import Pose2
+from occmap.grid import GridConfig, OccupancyGrid
+from occmap.localization.map_rebuild import Box, MappedScan, MapRebuild, displacement_m
+from occmap.localization.tracker import Tracked
+from occmap.mapper import Mapper
+from occmap.scan import Scan
+from occmap.sensor_model import SensorModelConfig
+
+
+@dataclass(frozen=True)
+class ToldMapConfig:
+    """Which scans are worth spending on the grid, and when it is built anew."""
+
+    every_m: float = 0.04
+    """A scan is mapped once the robot has driven this far since the last one."""
+    every_rad: float = 0.04
+    """Or has turned this far."""
+    every_s: float = 1.0
+    """Or this long has passed: what it looks at may have changed."""
+    moved_m: float = 0.05
+    """A correction is worth a new grid once it moves a place by a cell."""
+    lever_m: float = 5.0
+    """A turn counts as the move of a wall this far away."""
+    scans_per_turn: int = 20
+    """So many scans are spent on the new grid in one update: none may hold up the robot."""
+    room_m: float = 5.0
+    """The robot may drive so far meanwhile without leaving the part that is built anew."""
+
+
+class ToldMap:
+    """The submaps' poses as last told, and the scans in the grid.
+
+    A correction takes effect when the grid has been built anew with it: pose and grid change together.
+    The grid handed over last is read again at the next correction, with all scans inserted since.
+    """
+
+    def __init__(
+        self,
+        config: ToldMapConfig,
+        grid: GridConfig | None = None,
+        sensor_model: SensorModelConfig | None = None,
+    ) -> None:
+        self.config = config
+        self.grid_config = grid or GridConfig()
+        self.mapper = Mapper(sensor_model)
+        self.scans: list[MappedScan] = []
+        self.map_from_submap: list[Pose2] = []
+        self._reach_m: list[float] = []  # of each submap, from its origin
+        self._corrected: list[Pose2] = []  # what map_from_submap will be once the rebuild is done
+        self._rebuild: MapRebuild | None = None
+        self._live: OccupancyGrid | None = None
+        self._last = (-math.inf, Pose2.identity())
+
+    def add_submap(self, previous_from_submap: Pose2) -> None:
+        """A submap begun by the tracker, where the last one says."""
+        for poses in (self.map_from_submap, self._corrected if self._rebuild else []):
+            poses.append(poses[-1] @ previous_from_submap if poses else previous_from_submap)
+        self._reach_m.append(0.0)
+
+    def pose_of(self, tracked: Tracked) -> Pose2:
+        """map_from_robot as told."""
+        return tracked.in_map(self.map_from_submap)
+
+    def wants(self, time_s: float, tracked: Tracked) -> bool:
+        """Whether a scan is worth mapping. The answer is remembered as done."""
+        c, (last_s, last) = self.config, self._last
+        pose = self.pose_of(tracked)
+        moved = last.inverse() @ pose
+        still = math.hypot(moved.x_m, moved.y_m) < c.every_m and abs(moved.yaw_rad) < c.every_rad
+        if still and 0.0 <= time_s - last_s < c.every_s:
+            return False
+        self._last = (time_s, pose)
+        return True
+
+    def add_scan(self, scan: Scan, robot_from_lidar: Pose2, tracked: Tracked) -> None:
+        """Remember a scan that the receiver inserts."""
+        usable = scan.ranges_m[~np.isnan(scan.ranges_m)]
+        reach_m = min(float(usable.max(initial=0.0)), scan.max_range_m)
+        self.scans.append(MappedScan(scan, robot_from_lidar, tracked, reach_m))
+        for k, pose in (
+            (tracked.submap, tracked.submap_from_robot),
+            (tracked.submap + 1, tracked.next_from_robot),
+        ):
+            if k < len(self._reach_m):
+                distance = math.hypot(*(pose @ robot_from_lidar).position)
+                self._reach_m[k] = max(self._reach_m[k], distance + reach_m)
+
+    def correct(self, map_from_submap: list[Pose2]) -> None:
+        """Begin to take over corrected poses, if they differ enough and none are being taken over."""
+        if self._rebuild is not None or not any(self._moved(map_from_submap, self.config.moved_m)):
+            return
+        self._corrected = map_from_submap
+        self._begin()
+
+    def step(self) -> OccupancyGrid | None:
+        """A turn's part of the rebuilding; the new grid, and poses told by it, when it is done."""
+        if self._rebuild is None or not self._rebuild.step(self.config.scans_per_turn):
+            return None
+        if not self._rebuild.box.holds(self._affected()):
+            self._begin()  # the robot has driven out of it meanwhile
+            return None
+        self._live = self._rebuild.grid if self._live is None else self._rebuild.pasted_on(self._live)
+        self.map_from_submap, self._rebuild = self._corrected, None
+        self._last = (-math.inf, Pose2.identity())
+        return self._live
+
+    def fresh(self, map_from_submap: list[Pose2]) -> OccupancyGrid:
+        """A grid of all scans at once, at the given poses."""
+        rebuild = MapRebuild(self.scans, map_from_submap, Box.everywhere(), self.mapper, self.grid_config)
+        rebuild.step(len(self.scans))
+        return rebuild.grid
+
+    def _begin(self) -> None:
+        box = Box.everywhere() if self._live is None else Box.over([self._affected()], self.config.room_m)
+        self._rebuild = MapRebuild(self.scans, self._corrected, box, self.mapper, self.grid_config)
+
+    def _moved(self, to: list[Pose2], by_m: float) -> list[bool]:
+        return [
+            displacement_m(a, b, self.config.lever_m) > by_m
+            for a, b in zip(self.map_from_submap, to, strict=True)
+        ]
+
+    def _affected(self) -> Box:
+        """All that scans of moved submaps voted on, where they were and where they are."""
+        moved = self._moved(self._corrected, 0.2 * self.config.moved_m)
+        return Box.over(
+            [
+                Box.around(*poses[k].position, self._reach_m[k])
+                for k in np.flatnonzero(moved)
+                for poses in (self.map_from_submap, self._corrected)
+            ]
+        )

@@ -1,0 +1,159 @@
+"""Local tracking: every scan against the older of two growing submaps."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from occmap.geometry import Points, Pose2, wrap_angle
+from occmap.localization.matcher import Match, Matcher
+from occmap.localization.motion import Prediction
+from occmap.localization.submap import Submap, SubmapConfig, View
+from occmap.scan import Scan
+
+
+@dataclass(frozen=True)
+class TrackerConfig:
+    """Which scans build a submap, and when it is full."""
+
+    insert_every_m: float = 0.15
+    """A scan is inserted once the robot has driven this far since the last one."""
+    insert_every_rad: float = 0.17
+    """Or has turned this far."""
+    scans_per_half: int = 20
+    """A new submap starts after so many inserted scans, and is full after twice as many."""
+    view_every: int = 5
+    """Every so many inserted scans one is kept, to tell what was seen through."""
+    drift_share: float = 0.25
+    """Part of an inserted scan's covariance that adds to the drift between two submaps."""
+    drift_m: float = 0.01
+    """Standard deviation of the drift between two submaps even where every match is perfect."""
+    drift_rad: float = 0.004
+    """The same, of their turn."""
+
+
+@dataclass(frozen=True)
+class Tracked:
+    """A pose in the submaps: in `submap`, on its way over to `submap + 1` by `blend` (0 to 1)."""
+
+    submap: int
+    submap_from_robot: Pose2
+    next_from_robot: Pose2
+    blend: float
+    fit: float = 1.0
+
+    def in_map(self, map_from_submap: Sequence[Pose2]) -> Pose2:
+        """map_from_robot, given where the submaps lie; without a seam from one submap to the next."""
+        older = map_from_submap[self.submap] @ self.submap_from_robot
+        if self.blend == 0.0:
+            return older
+        younger = map_from_submap[self.submap + 1] @ self.next_from_robot
+        return Pose2(
+            older.x_m + self.blend * (younger.x_m - older.x_m),
+            older.y_m + self.blend * (younger.y_m - older.y_m),
+            older.yaw_rad + self.blend * wrap_angle(younger.yaw_rad - older.yaw_rad),
+        )
+
+
+class Tracker:
+    """Keeps two submaps growing, the younger half as old: the older one is what scans are matched to."""
+
+    def __init__(self, config: TrackerConfig, submap_config: SubmapConfig, matcher: Matcher) -> None:
+        self.config = config
+        self.submap_config = submap_config
+        self.matcher = matcher
+        self.submaps: list[Submap] = []
+        self._pose = Pose2.identity()  # robot in the reference submap
+        self._last_inserted = Pose2.identity()  # the same
+        self.last_step = Pose2.identity()
+        """previous_robot_from_robot, as tracked."""
+        self._drift = np.zeros((3, 3))  # covariance since the youngest submap began, in its frame
+
+    @property
+    def reference(self) -> int:
+        """The older of the two growing submaps."""
+        return max(len(self.submaps) - 2, 0)
+
+    def update(self, points: Points, prediction: Prediction, scan: Scan, robot_from_lidar: Pose2) -> Tracked:
+        """Track one scan, whose points (n, 2) are in the robot's frame."""
+        if not self.submaps:
+            self._begin_submap(scan)
+            self._insert(points, scan, robot_from_lidar)
+            return Tracked(0, self._pose, self._pose, 0.0)
+        guess = self._pose @ prediction.step
+        match = self.matcher.match(points, self.submaps[self.reference], guess, prediction)
+        self.last_step = self._pose.inverse() @ match.submap_from_robot
+        self._pose = match.submap_from_robot
+        tracked = Tracked(
+            self.reference, self._pose, self.younger_from_older() @ self._pose, self._blend(), match.fit
+        )
+        if self._moved_enough():
+            self._add_drift(match)
+            self._insert(points, scan, robot_from_lidar)
+            if self.submaps[-1].scans >= self.config.scans_per_half:
+                self._begin_submap(scan)
+                self._insert_into(self.submaps[-1], Pose2.identity(), points, scan, robot_from_lidar)
+        return tracked
+
+    def finish(self) -> list[int]:
+        """Nothing more comes: close the growing submaps too; returns their numbers."""
+        growing = list(range(self.reference, len(self.submaps)))
+        for k in growing:
+            self.submaps[k].finish()
+        return growing
+
+    def younger_from_older(self) -> Pose2:
+        """youngest_from_reference; identity while there is only one submap."""
+        return self.submaps[-1].previous_from_submap.inverse() if len(self.submaps) > 1 else Pose2.identity()
+
+    def _blend(self) -> float:
+        return self.submaps[-1].scans / self.config.scans_per_half if len(self.submaps) > 1 else 0.0
+
+    def _moved_enough(self) -> bool:
+        moved = self._last_inserted.inverse() @ self._pose
+        metres = math.hypot(moved.x_m, moved.y_m)
+        return metres > self.config.insert_every_m or abs(moved.yaw_rad) > self.config.insert_every_rad
+
+    def _insert(self, points: Points, scan: Scan, robot_from_lidar: Pose2) -> None:
+        self._last_inserted = self._pose
+        self._insert_into(self.submaps[self.reference], self._pose, points, scan, robot_from_lidar)
+        if len(self.submaps) > 1:
+            pose = self.younger_from_older() @ self._pose
+            self._insert_into(self.submaps[-1], pose, points, scan, robot_from_lidar)
+
+    def _insert_into(
+        self, submap: Submap, pose: Pose2, points: Points, scan: Scan, robot_from_lidar: Pose2
+    ) -> None:
+        if submap.scans % self.config.view_every == 0:
+            submap.views.append(View(pose @ robot_from_lidar, scan))
+        submap.insert(pose.apply(points), pose)
+
+    def _begin_submap(self, scan: Scan) -> None:
+        """A new submap at the robot's pose; the older of the two before it is full."""
+        floor = np.diag([self.config.drift_m**2, self.config.drift_m**2, self.config.drift_rad**2])
+        youngest_from_robot = self.younger_from_older() @ self._pose
+        turned = _axes(-youngest_from_robot.yaw_rad)
+        information = np.linalg.inv(turned @ self._drift @ turned.T + floor)
+        self.submaps.append(
+            Submap(
+                self.submap_config, youngest_from_robot, 0.5 * (information + information.T), scan.max_range_m
+            )
+        )
+        if len(self.submaps) > 2:
+            self.submaps[-3].finish()
+            self._pose = youngest_from_robot
+            self._last_inserted = self._pose
+        self._drift = np.zeros((3, 3))
+
+    def _add_drift(self, match: Match) -> None:
+        turned = _axes(self.younger_from_older().yaw_rad)
+        self._drift += self.config.drift_share * turned @ np.linalg.inv(match.posterior) @ turned.T
+
+
+def _axes(yaw_rad: float) -> np.ndarray:
+    """(3, 3) that turns a covariance of (x, y, yaw) into axes turned by -yaw."""
+    c, s = math.cos(yaw_rad), math.sin(yaw_rad)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
