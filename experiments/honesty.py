@@ -24,8 +24,8 @@ from occmap.decision import Reason, UnknownLeft
 from occmap.geometry import Points, Pose2
 from sim.truth import Mask, TruthGrid, connected_parts
 
-HIDDEN_M2 = 0.09
-"""pi * (0.17 m)²: what the robot itself would stand on."""
+HIDDEN_M2 = math.pi * 0.17**2
+"""What the robot itself would stand on."""
 SPECK_CELLS = 4
 BESIDE_M = 0.25
 """A frontier and what it hides are at most this far apart: the spacing of the places to look from."""

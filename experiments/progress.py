@@ -10,8 +10,8 @@ if TYPE_CHECKING:
     from experiments.curves import ScoreCurve
     from experiments.episode import Step
 
-REFRESH_S = 0.25
-"""Wall time between two refreshes."""
+ON_A_TERMINAL_S, IN_A_LOG_S = 0.25, 10.0
+"""Wall time between two refreshes: a log keeps every one of them."""
 
 
 class ProgressBar:
@@ -21,33 +21,30 @@ class ProgressBar:
         from tqdm import tqdm
 
         self._curve = curve
-        self._bar = tqdm(
-            total=100.0,
-            bar_format="explored {n:5.1f} % |{bar}| {postfix}",
-            file=sys.stderr,
-            mininterval=0.0,
-            leave=True,
-        )
+        self._bar = tqdm(total=100.0, bar_format="|{bar:24}| {desc}", file=sys.stderr, mininterval=0.0)
+        self._period_s = ON_A_TERMINAL_S if sys.stderr.isatty() else IN_A_LOG_S
         self._begun = self._shown = time.perf_counter()
+        self._last: Step | None = None
 
     def record(self, step: Step) -> None:
-        """Refresh a few times a second."""
-        if time.perf_counter() - self._shown >= REFRESH_S:
-            self._show(step)
+        """Refresh now and then."""
         self._last = step
+        if time.perf_counter() - self._shown >= self._period_s:
+            self._show(step)
 
     def close(self) -> None:
         """Leave the last state on the terminal."""
-        if self._curve.samples:
+        if self._last is not None:
             self._show(self._last)
         self._bar.close()
 
     def _show(self, step: Step) -> None:
         self._shown = time.perf_counter()
         rate = step.truth.time_s / max(self._shown - self._begun, 1e-6)
-        minutes, seconds = divmod(step.truth.time_s, 60.0)
-        self._bar.n = 100.0 * self._curve.latest.score.explored
-        self._bar.set_postfix_str(
-            f"{len(step.decision.frontiers)} frontiers left, "
-            f"{minutes:.0f}:{seconds:04.1f} min simulated, {rate:.0f} x real time"
+        minutes, seconds = divmod(int(step.truth.time_s), 60)
+        explored = 100.0 * self._curve.latest.score.explored
+        self._bar.n = explored
+        self._bar.set_description_str(
+            f"{explored:5.1f} % explored, {len(step.decision.frontiers)} frontiers left, "
+            f"{minutes}:{seconds:02d} min simulated, {rate:.0f} x real time"
         )

@@ -14,6 +14,7 @@ from experiments.recorders import Recorder
 from experiments.trajectory import TrajectoryLog
 from occmap.stopwatch import Stopwatch
 from sim.faults import PhysicsFault
+from sim.robot import Truth
 
 
 @dataclass(frozen=True)
@@ -23,6 +24,9 @@ class Run:
     experiment: Experiment
     outcome: Outcome
     last: Step
+    """Its last scan, and what it made of it."""
+    end: Truth
+    """Where all had come to when the clock stopped: up to one act later than the last scan."""
     curve: ScoreCurve
     trajectory: TrajectoryLog
     min_clearance_m: float
@@ -71,7 +75,8 @@ def run(
         _close(watchers)
     assert last is not None, "the first scan comes before the first physics step and the time limit"
     outcome = _outcome(last, bool(fault), interrupted)
-    return Run(experiment, outcome, last, curve, trajectory, min_clearance_m, stopwatch, loop_s, fault)
+    end = last.truth if fault else experiment.robot.truth()
+    return Run(experiment, outcome, last, end, curve, trajectory, min_clearance_m, stopwatch, loop_s, fault)
 
 
 def _outcome(last: Step, is_fault: bool, is_interrupted: bool) -> Outcome:

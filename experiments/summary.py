@@ -65,7 +65,7 @@ class Summary:
 
 def summarise(run: Run) -> Summary:
     """Everything that summary.json says about a run."""
-    experiment, truth, decision = run.experiment, run.last.truth, run.last.decision
+    experiment, truth, decision = run.experiment, run.end, run.last.decision
     score = run.curve.latest.score
     true, believed = run.trajectory.true, run.trajectory.believed
     return Summary(

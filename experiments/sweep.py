@@ -134,7 +134,19 @@ def results(configs: Sequence[ExperimentConfig], workers: int) -> Iterator[dict[
 MOST_TRIES = 3
 """A run whose process pool dies this often is given up."""
 
-COLUMNS = ("runs", "complete", "honest", "explored", "worst", "wrong", "recall", "p95 m", "hits", "metres", "x real")
+COLUMNS = (
+    "runs",
+    "complete",
+    "honest",
+    "explored",
+    "worst",
+    "wrong",
+    "recall",
+    "p95 m",
+    "hits",
+    "metres",
+    "x real",
+)
 
 
 def table(rows: Sequence[dict[str, Any]]) -> str:

@@ -10,7 +10,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
 OUTER_ROOMS = {"sim", "experiments", "tests"}
-HEAVY = {"numba", "mujoco", "rerun", "matplotlib", "imageio", "scipy"}
+HEAVY = {"numba", "mujoco", "rerun", "matplotlib", "imageio", "llvmlite"}
 
 
 def sources(package: str) -> list[Path]:

@@ -1,0 +1,221 @@
+"""The main job from the command line to its files."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import imageio.v3 as imageio
+import numpy as np
+import pytest
+import yaml
+from scipy import ndimage
+
+from experiments.explore import main
+from experiments.summary import MEASURED, Summary
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+QUICK = ["--no-record", "--no-video", "--seed", "5"]
+SMALL = [*QUICK, "--building.kind", "apartment", "--building.size-m", "10", "8", "--time-limit-s", "40"]
+
+
+def summary_in(folder: Path) -> dict[str, Any]:
+    return json.loads((folder / "summary.json").read_text())
+
+
+def unmeasured(summary: dict[str, Any]) -> dict[str, Any]:
+    """All that must come out the same every time."""
+    return {key: value for key, value in summary.items() if key not in MEASURED}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A short run, cut off by its time limit."""
+    path = tmp_path_factory.mktemp("runs") / "small"
+    assert main([*SMALL, "--out", str(path)]) == 3
+    return path
+
+
+def test_the_run_folder_is_complete(folder):
+    names = "config.json summary.json map.yaml map.pgm truth.yaml truth.pgm explorable.pgm "
+    names += "trajectory.tum truth.tum coverage.png"
+    assert sorted(file.name for file in folder.iterdir()) == sorted(names.split())
+
+
+def test_the_summary_keeps_its_contract(folder):
+    summary = summary_in(folder)
+    assert list(summary) == [field.name for field in fields(Summary)]
+    assert summary["status"] == "time_limit"
+    assert summary["honest"] is True
+    assert 0.0 < summary["explored"] <= 1.0
+    assert summary["sim_time_s"] == pytest.approx(40.0)
+    assert set(summary["wall_error_m"]) == {"mean", "p95"}
+    assert set(summary["collisions"]) == {"events", "duration_s"}
+    assert set(summary["decision_ms"]) == {"p50", "p99", "max"}
+    assert set(summary["milestones"]) == {"50", "90", "95", "99"}
+    stages = {"physics", "lidar", "mapping", "frontiers", "planning", "recording"}
+    assert stages <= set(summary["wall_time_by_stage_s"])
+    assert {"kind", "size_m", "rooms", "doors", "obstacles", "free_area_m2"} <= set(summary["building"])
+    assert summary["ate_m"] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_trajectories_hold_a_line_per_scan(folder):
+    estimate, truth = (np.loadtxt(folder / name) for name in ("trajectory.tum", "truth.tum"))
+    assert estimate.shape == truth.shape == (400, 8)
+    np.testing.assert_allclose(np.diff(truth[:, 0]), 0.1, atol=1e-6)
+    np.testing.assert_allclose(estimate, truth, atol=1e-6)
+
+
+def belief_at(points: np.ndarray, folder: Path, name: str) -> np.ndarray:
+    """The pixels of a Nav2 map at (n, 2) places in the world; 205 outside."""
+    described = yaml.safe_load((folder / f"{name}.yaml").read_text())
+    pixels = imageio.imread(folder / described["image"])[::-1]
+    x, y, yaw = described["origin"]
+    to = points - (x, y)
+    along = np.column_stack(
+        (np.cos(yaw) * to[:, 0] + np.sin(yaw) * to[:, 1], np.cos(yaw) * to[:, 1] - np.sin(yaw) * to[:, 0])
+    )
+    ix, iy = np.floor(along / described["resolution"]).astype(int).T
+    inside = (ix >= 0) & (ix < pixels.shape[1]) & (iy >= 0) & (iy < pixels.shape[0])
+    values = np.full(len(points), 205)
+    values[inside] = pixels[iy[inside], ix[inside]]
+    return values
+
+
+def test_anyone_can_recompute_the_scores_from_the_files(folder):
+    described = yaml.safe_load((folder / "truth.yaml").read_text())
+    wall = imageio.imread(folder / "truth.pgm")[::-1] == 0
+    explorable = imageio.imread(folder / "explorable.pgm")[::-1] == 255
+    iy, ix = np.indices(wall.shape)
+    r = described["resolution"]
+    centres = (np.column_stack((ix.ravel(), iy.ravel())) + 0.5) * r + described["origin"][:2]
+    belief = belief_at(centres, folder, "map").reshape(wall.shape)
+    free, occupied = belief == 254, belief == 0
+
+    around = np.ones((3, 3))
+    rim = explorable & ndimage.binary_dilation(wall, around)
+    surface = wall & ndimage.binary_dilation(explorable, around)
+    seen = surface & ndimage.binary_dilation(occupied, around)
+    wrong = (explorable & ~rim & occupied).sum() + (surface & ~seen & free).sum()
+    summary, area = summary_in(folder), explorable.sum()
+    assert summary["explored"] == pytest.approx(
+        (explorable & (free | (rim & occupied))).sum() / area, abs=1e-6
+    )
+    assert summary["known"] == pytest.approx((explorable & (free | occupied)).sum() / area, abs=1e-6)
+    assert summary["wrong"] == pytest.approx(wrong / area, abs=1e-6)
+    assert summary["wall_recall"] == pytest.approx(seen.sum() / surface.sum(), abs=1e-6)
+    assert summary["explorable_area_m2"] == pytest.approx(area * r**2)
+
+
+def test_another_process_comes_to_the_same_result(folder, tmp_path):
+    again = tmp_path / "again"
+    done = subprocess.run(
+        [sys.executable, "-m", "experiments.explore", *SMALL, "--out", str(again)], cwd=ROOT, check=False
+    )
+    assert done.returncode == 3
+    assert unmeasured(summary_in(again)) == unmeasured(summary_in(folder))
+    for name in ("map.pgm", "map.yaml", "trajectory.tum", "config.json"):
+        assert (again / name).read_bytes() == (folder / name).read_bytes()
+
+
+def test_a_config_file_runs_the_same_again(folder, tmp_path):
+    again = tmp_path / "again"
+    config = ["--config", str(folder / "config.json")]
+    assert main(["--no-record", "--no-video", *config, "--out", str(again)]) == 3
+    assert unmeasured(summary_in(again)) == unmeasured(summary_in(folder))
+
+
+def test_options_beside_a_config_file_win_and_are_named(folder, tmp_path, capsys):
+    config = ["--config", str(folder / "config.json")]
+    main(["--no-record", "--no-video", *config, "--time-limit-s", "2", "--out", str(tmp_path / "again")])
+    assert "time_limit_s = 40.0; the command line wins with 2.0" in capsys.readouterr().err
+    assert summary_in(tmp_path / "again")["sim_time_s"] == pytest.approx(2.0)
+
+
+def test_an_earlier_run_is_never_overwritten(folder, capsys):
+    before = (folder / "summary.json").read_bytes()
+    assert main([*SMALL, "--out", str(folder)]) == 2
+    assert "holds a run already" in capsys.readouterr().err
+    assert (folder / "summary.json").read_bytes() == before
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_run_that_is_asked_to_stop_keeps_what_it_has(tmp_path, number):
+    out = tmp_path / "run"
+    command = [
+        sys.executable,
+        "-m",
+        "experiments.explore",
+        *QUICK,
+        "--building.kind",
+        "maze",
+        "--out",
+        str(out),
+    ]
+    job = subprocess.Popen(
+        command, cwd=ROOT, env={**os.environ, "PYTHONUNBUFFERED": "1"}, stderr=subprocess.PIPE
+    )
+    while not (out / "config.json").exists():
+        assert job.poll() is None
+        time.sleep(0.05)
+    time.sleep(2.0)
+    job.send_signal(number)
+    job.communicate(timeout=120)
+    assert job.returncode == 128 + number
+    assert summary_in(out)["status"] == "interrupted"
+    assert (out / "map.pgm").exists()
+
+
+MISTAKES = {
+    "unknown option": (["--buidling.kind", "maze"], "buidling"),
+    "unknown kind": (["--building.kind", "castle"], "castle"),
+    "no number": (["--seed", "many"], "many"),
+    "negative seed": (["--seed", "-3"], "-3"),
+    "negative resolution": (["--map.resolution-m", "-0.05"], "-0.05"),
+    "resolution nan": (["--map.resolution-m", "nan"], "nan"),
+    "zero beams": (["--lidar.beams", "0"], "beam"),
+    "negative lambda": (["--lambda", "-1"], "lambda"),
+    "negative noise": (["--noise-scale", "-1"], "noise_scale"),
+    "thresholds crossed": (["--map.free-below", "0.8"], "free_below"),
+    "no time": (["--time-limit-s", "0"], "time_limit_s"),
+    "a building too small": (["--building.size-m", "1", "1"], "at least"),
+    "start outside": (["--start", "-50", "0", "0"], "outside"),
+    "start not a number": (["--start", "nan", "0", "0"], "start"),
+    "plan missing": (["--plan", "nowhere.yaml"], "nowhere.yaml"),
+    "a resolution without a plan": (["--plan-resolution-m", "0.05"], "--plan"),
+    "config missing": (["--config", "nowhere.json"], "nowhere.json"),
+}
+
+
+@pytest.mark.parametrize(("arguments", "complaint"), MISTAKES.values(), ids=MISTAKES.keys())
+def test_a_mistake_is_named_before_anything_is_simulated(arguments, complaint, tmp_path, capsys):
+    out = tmp_path / "run"
+    try:
+        status: Any = main(["--no-record", "--no-video", "--out", str(out), *arguments])
+    except SystemExit as exit_:  # how the command line parser ends
+        status = exit_.code
+    said = capsys.readouterr().err
+    assert status == 2
+    assert complaint in said
+    assert "Traceback" not in said
+    assert not out.exists()
+
+
+def test_an_unknown_key_in_a_config_file_is_named_with_the_valid_ones(tmp_path, capsys):
+    file = tmp_path / "config.json"
+    file.write_text('{"lidar": {"beems": 3}}')
+    assert main(["--config", str(file), "--out", str(tmp_path / "run")]) == 2
+    said = capsys.readouterr().err
+    assert "beems" in said
+    assert "max_range_m" in said
+
+
+def test_an_output_folder_that_cannot_be_is_a_mistake(tmp_path, capsys):
+    (tmp_path / "file").write_text("")
+    assert main([*SMALL, "--out", str(tmp_path / "file" / "run")]) == 2
+    assert "cannot write to --out" in capsys.readouterr().err
