@@ -45,7 +45,7 @@ def random_start(truth: TruthGrid, region: Mask, rng: np.random.Generator) -> Po
         cells = np.argwhere(region)
     iy, ix = cells[rng.integers(len(cells))]
     x_m, y_m = truth.world_from_cell(np.array([[ix, iy]]))[0]
-    quarter = rng.integers(4) * 0.5 * math.pi - math.pi
+    quarter = int(rng.integers(4)) * 0.5 * math.pi - math.pi
     yaw = quarter + rng.uniform(ALIGNED_RAD, 0.5 * math.pi - ALIGNED_RAD)
     return Pose2(round(float(x_m), 6), round(float(y_m), 6), round(yaw, 6))
 

@@ -15,7 +15,7 @@ HALLWAY_M = 1.45
 """Width of the hallway, from the middle of one wall to the middle of the other."""
 DEEP_M = 14.0
 """A floor whose short side is longer than this has more than one hallway."""
-ROOMS = LadderConfig(room_width_m=(2.7, 4.2), row_depth_m=(3.2, 5.0), suite_share=0.15)
+ROOMS = LadderConfig(room_width_m=(3.2, 4.8), row_depth_m=(3.2, 5.0), suite_share=0.15)
 BATH_M = (2.2, 2.8)
 """How wide a bath is."""
 BEDROOM_M2 = 12.0
@@ -68,9 +68,11 @@ def assign_rooms(sketch: Sketch, rooms: list[int], rng: np.random.Generator) -> 
     """Bedrooms and studies; of many rooms the smallest are baths, the largest living rooms and kitchens."""
     by_area = sorted(rooms, key=lambda room: area_m2(sketch, room))
     for k, room in enumerate(by_area):
-        kind = "bedroom" if area_m2(sketch, room) > BEDROOM_M2 and rng.random() < 0.85 else "office"
+        is_largest = room == by_area[-1]
+        fits_a_bed = area_m2(sketch, room) > BEDROOM_M2
+        kind = "bedroom" if fits_a_bed and (is_largest or rng.random() < 0.8) else "study"
         if k < len(rooms) // BATHS:
             kind = "bath"
-        elif len(rooms) - k <= len(rooms) // LIVINGS:
+        elif not is_largest and len(rooms) - k <= 1 + len(rooms) // LIVINGS and len(rooms) >= LIVINGS:
             kind = "kitchen" if k % 2 else "living"
         sketch.use(room, kind)

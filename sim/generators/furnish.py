@@ -48,6 +48,7 @@ TASTES: dict[str, Taste] = {
     "bedroom": Taste(
         (f.wardrobe, f.bookcase, f.small_desk, f.wall_table), (), (f.bed, f.plain_bed, f.single_bed)
     ),
+    "study": Taste((f.bookcase, f.cabinet, f.armchair, f.wall_table), (), (f.desk, f.small_desk)),
     "bath": Taste((f.wash_stand, f.washing_machine, f.toilet), (), (f.bath_tub, f.shower)),
     "stock": Taste((f.rack, f.cabinet), (f.pallet, f.table_with_chairs), (f.rack,)),
 }

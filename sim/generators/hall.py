@@ -21,7 +21,7 @@ SHELF_LENGTH_M = (4.0, 9.0)
 AISLE_M = (2.2, 3.2)
 """Between two rows."""
 CROSS_AISLE_M = 2.4
-BAY_M = 7.5
+BAY_M = 5.5
 """Columns stand about so far apart."""
 COLUMN_RADIUS_M = (0.2, 0.25, 0.3)
 COVER = (0.08, 0.12)
