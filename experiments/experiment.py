@@ -82,13 +82,13 @@ def closed_doors(world: World) -> list[int]:
 def make_building(config: ExperimentConfig) -> Building:
     """The plan, or a generated building; entered where the config says, else by the building's seed."""
     streams = Streams(config.building_seed)
+    start = None if config.start is None else Pose2(*config.start)
     if config.plan is not None:
         from sim.plan_images import load_plan  # reads images: only where there is one
 
-        building = load_plan(config.plan, config.plan_resolution_m, streams.generator("start"))
-    else:
-        building = generate(config.building, streams.generator("building"))
-    return building if config.start is None else with_start(building, Pose2(*config.start))
+        return load_plan(config.plan, streams.generator("start"), config.plan_resolution_m, start)
+    building = generate(config.building, streams.generator("building"))
+    return building if start is None else with_start(building, start)
 
 
 def make_robot(config: ExperimentConfig, building: Building, streams: Streams) -> Robot:

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from occmap.geometry import Pose2
-from occmap.grid import Belief, OccupancyGrid
+from occmap.grid import Belief, GridFrame, OccupancyGrid
 from sim.truth import Mask, TruthGrid, rim, surface
 
 
@@ -43,7 +43,7 @@ class MapScore:
 
 
 class Scorer:
-    """Scores any number of maps of one building against its truth.
+    """Scores any number of maps of one building, at the truth grid's resolution, against its truth.
 
     Everything that does not depend on the map is worked out once, so that a score costs a look-up
     per explorable cell.
@@ -58,10 +58,9 @@ class Scorer:
             raise ValueError(f"nothing can be explored from {world_from_map}: no free cell is in sight")
         self._rim = explorable & rim(truth.wall)
         self._surface = surface(truth.wall, explorable)
-        self._read_at = np.nonzero(near(near(explorable)))
-        centres = truth.world_from_cell(np.column_stack(self._read_at[::-1]))
-        self._centres_in_map = world_from_map.inverse().apply(centres)
-        self._wall_distance_m = ndimage.distance_transform_edt(~truth.wall) * truth.resolution_m
+        self._read_at = np.flatnonzero(near(near(explorable)))
+        self._lattice_cells = self._cells_read()
+        self._wall_distance_m = np.asarray(ndimage.distance_transform_edt(~truth.wall)) * truth.resolution_m
 
     @property
     def explorable_area_m2(self) -> float:
@@ -70,14 +69,21 @@ class Scorer:
 
     def belief(self, grid: OccupancyGrid) -> NDArray[np.uint8]:
         """(ny, nx) the map's belief at the centre of each truth cell in or near the explorable area."""
-        cells = grid.frame.cell_from_map(self._centres_in_map)
+        ix, iy = self._lattice_cells[0] - grid.offset[0], self._lattice_cells[1] - grid.offset[1]
         ny, nx = grid.shape
-        inside = (cells[:, 0] >= 0) & (cells[:, 0] < nx) & (cells[:, 1] >= 0) & (cells[:, 1] < ny)
-        values = np.full(len(cells), Belief.UNKNOWN, np.uint8)
-        values[inside] = grid.state[cells[inside, 1], cells[inside, 0]]
-        belief = np.full(self.explorable.shape, Belief.UNKNOWN, np.uint8)
+        inside = (ix >= 0) & (ix < nx) & (iy >= 0) & (iy < ny)
+        values = np.take(grid.state.ravel(), iy * nx + ix, mode="clip") * inside  # outside: unknown, 0
+        belief = np.full(self.explorable.size, Belief.UNKNOWN, np.uint8)
         belief[self._read_at] = values
-        return belief
+        return belief.reshape(self.explorable.shape)
+
+    def _cells_read(self) -> NDArray[np.int64]:
+        """(2, n) the map's cells (ix, iy), counted from its frame's origin, at the truth cells to be read."""
+        iy, ix = np.divmod(self._read_at, self.explorable.shape[1])
+        centres = self.truth.world_from_cell(np.column_stack((ix, iy)))
+        lattice = GridFrame(self.truth.resolution_m, (0.0, 0.0))
+        cells = lattice.cell_from_map(self.world_from_map.inverse().apply(centres))
+        return np.ascontiguousarray(cells.T)
 
     def unexplored(self, grid: OccupancyGrid) -> Mask:
         """Explorable cells that the map has not got: unknown, or taken for an obstacle off the rim."""
@@ -107,7 +113,7 @@ class Scorer:
 
     def _wall_error_m(self, grid: OccupancyGrid) -> tuple[float, float]:
         """Mean and 95th percentile over the cells believed occupied."""
-        iy, ix = np.nonzero(grid.state == Belief.OCCUPIED)
+        iy, ix = np.divmod(np.flatnonzero(grid.state == Belief.OCCUPIED), grid.shape[1])
         if not len(ix):
             return math.nan, math.nan
         centres = self.world_from_map.apply(grid.frame.map_from_cell(np.column_stack((ix, iy))))
