@@ -82,14 +82,15 @@ def result_of(config: ExperimentConfig) -> dict[str, Any]:
 
 
 def sweep(job: Sweep) -> list[dict[str, Any]]:
-    """Run what is missing; return all rows of the sweep."""
+    """Run what is missing or crashed; return all rows of the sweep."""
     from tqdm import tqdm
 
     job.out.mkdir(parents=True, exist_ok=True)
     file = job.out / RESULTS
     wanted = {key_of(config): config for config in job.experiments()}
-    rows = {row["key"]: row for row in read(file) if row["key"] in wanted}
+    rows = {row["key"]: row for row in read(file) if row["key"] in wanted and row["status"] != "crashed"}
     missing = [config for key, config in wanted.items() if key not in rows]
+    end_last_line(file)
     with file.open("a") as out, tqdm(total=len(wanted), initial=len(rows), unit="run") as bar:
         for row in results(missing, job.workers):
             out.write(json.dumps(row, allow_nan=False) + "\n")
@@ -106,6 +107,12 @@ def read(file: Path) -> Iterator[dict[str, Any]]:
             yield json.loads(line)
         except json.JSONDecodeError:
             continue
+
+
+def end_last_line(file: Path) -> None:
+    """Close a line that a kill cut short, so that the next one does not continue it."""
+    if file.exists() and (text := file.read_bytes()) and not text.endswith(b"\n"):
+        file.write_bytes(text + b"\n")
 
 
 def results(configs: Sequence[ExperimentConfig], workers: int) -> Iterator[dict[str, Any]]:
