@@ -20,6 +20,7 @@ from occmap.grid import CellBox, GridConfig, OccupancyGrid
 from occmap.localization.localizer import Estimate, Localizer, OdometryLocalizer
 from occmap.mapper import GridChange, Mapper
 from occmap.memory import FailedLooks, ReachMemory
+from occmap.missed_returns import without_missed_returns
 from occmap.planner import Path, Planner, PlannerConfig, Wavefront
 from occmap.recovery import Recovery, RecoveryConfig
 from occmap.scan import Observation
@@ -162,7 +163,8 @@ class Explorer:
             self._swap_map(estimate)
         if estimate.insert:
             with self._watch.lap("mapping"):
-                change = self.mapper.insert(seen.scan, estimate.map_from_robot @ seen.robot_from_lidar, self.grid)
+                scan = without_missed_returns(seen.scan)
+                change = self.mapper.insert(scan, estimate.map_from_robot @ seen.robot_from_lidar, self.grid)
                 self.clearance.update(self.grid, change)
             with self._watch.lap("frontiers"):
                 self.frontiers.update(self.grid, change)

@@ -10,19 +10,25 @@ from numba import njit
 from occmap.grid import Belief
 
 UNKNOWN = np.uint8(Belief.UNKNOWN)
-FREE = np.uint8(Belief.FREE)
 OCCUPIED = np.uint8(Belief.OCCUPIED)
 
 
+DEPTH = 3  # cells into the unknown at which a look is aimed
+
+
 @njit(cache=True)
-def sees(state, x0, y0, x1, y1):
-    """True if every cell strictly between two cells is free (Bresenham). O(distance)."""
+def sees(state, x0, y0, x1, y1, most_unknown):
+    """True if the line between two cells (Bresenham) meets nothing occupied and little unknown. O(distance).
+
+    A line along the edge of a shadow runs through the unknown for long: it is no look into it.
+    """
     dx, dy = abs(x1 - x0), abs(y1 - y0)
     sx = 1 if x0 < x1 else -1
     sy = 1 if y0 < y1 else -1
     error = dx - dy
     x, y = x0, y0
-    while True:
+    unknown = 0
+    while x != x1 or y != y1:
         doubled = 2 * error
         if doubled > -dy:
             error -= dy
@@ -30,22 +36,24 @@ def sees(state, x0, y0, x1, y1):
         if doubled < dx:
             error += dx
             y += sy
-        if x == x1 and y == y1:
-            return True
-        if state[y, x] != FREE:
+        if state[y, x] == OCCUPIED:
             return False
+        if state[y, x] == UNKNOWN:
+            unknown += 1
+            if unknown > most_unknown:
+                return False
+    return True
 
 
 @njit(cache=True)
 def unknown_beyond(state, cells, limit):
-    """Up to `limit` unknown 4-neighbours of frontier cells, spread evenly along them, (k, 2).
+    """Up to `limit` cells in the unknown beyond a frontier, spread evenly along it: (k, 3), x, y and depth.
 
-    Cells unknown beside an occupied one are a wall's rim: they are taken only where a frontier
-    has nothing else.
+    Each lies straight beyond a frontier cell, DEPTH cells deep or as deep as the unknown goes.
+    Unknown beside an occupied cell is a wall's rim: it is taken only where a frontier has nothing else.
     """
-    ny, nx = state.shape
-    clear = np.empty((limit, 2), np.int64)
-    rim = np.empty((limit, 2), np.int64)
+    clear = np.empty((limit, 3), np.int64)
+    rim = np.empty((limit, 3), np.int64)
     n_clear, n_rim = 0, 0
     step = max(1.0, cells.shape[0] / limit)
     position = 0.5 * (step - 1.0)
@@ -53,21 +61,41 @@ def unknown_beyond(state, cells, limit):
         x, y = cells[int(position), 0], cells[int(position), 1]
         position += step
         for dx, dy in ((1, 0), (-1, 0), (0, 1), (0, -1)):
-            ux, uy = x + dx, y + dy
-            if ux < 1 or uy < 1 or ux >= nx - 1 or uy >= ny - 1 or state[uy, ux] != UNKNOWN:
+            depth = unknown_depth(state, x, y, dx, dy)
+            if depth == 0:
                 continue
-            beside_wall = False
-            for by in range(uy - 1, uy + 2):
-                for bx in range(ux - 1, ux + 2):
-                    beside_wall |= state[by, bx] == OCCUPIED
-            if not beside_wall:
-                clear[n_clear] = ux, uy
+            if not beside_occupied(state, x + dx, y + dy):
+                clear[n_clear] = x + depth * dx, y + depth * dy, depth
                 n_clear += 1
                 break
             if n_rim < limit:
-                rim[n_rim] = ux, uy
+                rim[n_rim] = x + depth * dx, y + depth * dy, depth
                 n_rim += 1
     return clear[:n_clear] if n_clear else rim[:n_rim]
+
+
+@njit(cache=True)
+def unknown_depth(state, x, y, dx, dy):
+    """Unknown cells in a row from a cell on, at most DEPTH, within the array."""
+    ny, nx = state.shape
+    depth = 0
+    while depth < DEPTH:
+        ux, uy = x + (depth + 1) * dx, y + (depth + 1) * dy
+        if ux < 0 or uy < 0 or ux >= nx or uy >= ny or state[uy, ux] != UNKNOWN:
+            break
+        depth += 1
+    return depth
+
+
+@njit(cache=True)
+def beside_occupied(state, x, y):
+    """True if one of the eight neighbours is occupied."""
+    ny, nx = state.shape
+    for by in range(max(0, y - 1), min(ny, y + 2)):
+        for bx in range(max(0, x - 1), min(nx, x + 2)):
+            if state[by, bx] == OCCUPIED:
+                return True
+    return False
 
 
 @njit(cache=True)
@@ -97,8 +125,9 @@ def find_viewpoint(state, cost, exact_below, targets, reach_cells, stride):
             for k in range(n):
                 if seen + n - k < needed and (seen > 0 or not here < best_any):
                     break
-                tx, ty = targets[k, 0], targets[k, 1]
-                if (tx - x) ** 2 + (ty - y) ** 2 <= reach_squared and sees(state, x, y, tx, ty):
+                tx, ty, depth = targets[k, 0], targets[k, 1], targets[k, 2]
+                near = (tx - x) ** 2 + (ty - y) ** 2 <= reach_squared
+                if near and sees(state, x, y, tx, ty, depth + 1):
                     seen += 1
                     if seen >= needed:
                         break

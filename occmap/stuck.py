@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
 
-from occmap.geometry import Pose2, Twist2, wrap_angle
+from occmap.geometry import Pose2, Twist2
 from occmap.scan import Observation, Scan
 
 
@@ -18,10 +19,14 @@ class StuckConfig:
     window_s: float = 2.0
     """Motion is judged over this long: commands take effect within a fraction of it."""
     min_commanded_m: float = 0.3
-    """Less than this commanded over the window, no verdict."""
+    """Less driving than this commanded over the window, and less turning than below: no verdict."""
     min_commanded_rad: float = 0.8
-    moved_share: float = 0.2
-    """Odometry below this share of what was commanded: the wheels are held."""
+    still_m: float = 0.03
+    """Odometry that stays within this much of a place all the while: the wheels are held."""
+    still_rad: float = 0.05
+    slipped_m: float = 0.3
+    """Odometry that says it got this far, or turned by the angle below, is held against what the lidar sees."""
+    slipped_rad: float = 0.5
     same_range_m: float = 0.06
     """A range that changed by less, plus 1.5 % of itself, is the same: three sigma of a usual lidar's noise."""
     same_share: float = 0.9
@@ -66,32 +71,41 @@ class StuckDetector:
         if not self._moments or seen.time_s - self._moments[0].time_s < self.config.window_s - 1e-6:
             return False
         commanded_m, commanded_rad = self._commanded(seen.time_s)
-        if abs(commanded_m) < self.config.min_commanded_m and abs(commanded_rad) < self.config.min_commanded_rad:
+        if commanded_m < self.config.min_commanded_m and commanded_rad < self.config.min_commanded_rad:
             return False
         start = self._moments[0]
-        moved = start.odom_from_robot.inverse() @ seen.odom_from_robot
-        expected = abs(commanded_m) + abs(commanded_rad)
-        if moved.distance_to(Pose2.identity()) + abs(moved.yaw_rad) < self.config.moved_share * expected:
+        if self._stood_still(seen.odom_from_robot):
             return True
-        return self._wheels_slip(start, seen, moved)
+        moved = start.odom_from_robot.inverse() @ seen.odom_from_robot
+        if math.hypot(moved.x_m, moved.y_m) < self.config.slipped_m and abs(moved.yaw_rad) < self.config.slipped_rad:
+            return False
+        return self._view_stayed(start.scan, seen, moved)
 
     def _commanded(self, now_s: float) -> tuple[float, float]:
-        """Net forward travel (m) and turn (rad) that the commands of the window add up to."""
+        """Driving (m) and turning (rad) commanded over the window, whatever the direction."""
         ends = [m.time_s for m in self._moments][1:] + [now_s]
         spans = [(m.twist, end - m.time_s) for m, end in zip(self._moments, ends, strict=True)]
         return (
-            sum(twist.linear_mps * dt for twist, dt in spans),
-            wrap_angle(sum(twist.angular_radps * dt for twist, dt in spans)),
+            sum(abs(twist.linear_mps) * dt for twist, dt in spans),
+            sum(abs(twist.angular_radps) * dt for twist, dt in spans),
         )
 
-    def _wheels_slip(self, start: _Moment, seen: Observation, moved: Pose2) -> bool:
-        """Odometry moved, but the view is the same, though such a motion would have changed it."""
-        if len(start.scan.ranges_m) != len(seen.scan.ranges_m):
+    def _stood_still(self, odom_from_robot: Pose2) -> bool:
+        start = self._moments[0].odom_from_robot.inverse()
+        moves = [start @ m.odom_from_robot for m in self._moments] + [start @ odom_from_robot]
+        return all(
+            math.hypot(k.x_m, k.y_m) < self.config.still_m and abs(k.yaw_rad) < self.config.still_rad for k in moves
+        )
+
+    def _view_stayed(self, before: Scan, seen: Observation, moved: Pose2) -> bool:
+        """The view is the same, though a motion as odometry has it would have changed it: the wheels slip."""
+        now = seen.scan
+        if len(before.ranges_m) != len(now.ranges_m):
             return False
-        if self._share_same(start.scan.ranges_m, seen.scan.ranges_m) < self.config.same_share:
+        if self._share_same(before.ranges_m, now.ranges_m) < self.config.same_share:
             return False
-        predicted = _ranges_after(start.scan, seen.robot_from_lidar.inverse() @ moved @ seen.robot_from_lidar)
-        return self._share_same(start.scan.ranges_m, predicted) < 0.5 * self.config.same_share
+        predicted = _ranges_after(before, seen.robot_from_lidar.inverse() @ moved @ seen.robot_from_lidar)
+        return self._share_same(before.ranges_m, predicted) < 0.5 * self.config.same_share
 
     def _share_same(self, before: np.ndarray, after: np.ndarray) -> float:
         both = np.isfinite(before) & np.isfinite(after)
