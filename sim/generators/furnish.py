@@ -62,6 +62,7 @@ class Furnishing:
     keep_clear: list[Bounds]
     standing: list[Bounds]
     solids: list[Solid]
+    covered_m2: float = 0.0
 
     @property
     def area_m2(self) -> float:
@@ -70,20 +71,22 @@ class Furnishing:
 
     @property
     def cover(self) -> float:
-        return sum(f.footprint_m2(s) for s in self.solids) / self.area_m2
+        """The share of the floor that furniture stands on."""
+        return self.covered_m2 / self.area_m2
 
     def add(self, piece: f.Piece, low: tuple[float, float], quarter_turns: int) -> bool:
         """Stand a piece with its lower-left corner at low, if nothing speaks against it."""
         width, depth = piece.width_m, piece.depth_m
         size = (width, depth) if quarter_turns % 2 == 0 else (depth, width)
         bounds = (low[0], low[1], low[0] + size[0], low[1] + size[1])
+        if self.covered_m2 + piece.area_m2() > MOST_COVER * self.area_m2:
+            return False
         if any(_gap(bounds, other) < 0.0 for other in self.keep_clear):
             return False
         if any(not _is_fair(_gap(bounds, other)) for other in self.standing):
             return False
-        if self.cover + piece.area_m2() / self.area_m2 > MOST_COVER:
-            return False
         self.standing.append(bounds)
+        self.covered_m2 += piece.area_m2()
         self.solids += [_turned(solid, piece, low, quarter_turns) for solid in piece.solids]
         return True
 

@@ -30,6 +30,8 @@ COLUMN_SHIFTS_M = (0.0, 0.6, -0.6, 1.2, -1.2, 1.8, -1.8)
 """A column that would leave half a gap moves this far along its row."""
 SHELF_SHARE = 0.75
 """Of what covers the floor, so much is shelves."""
+PACKING_ATTEMPTS = 50
+"""Each hall should have at least one packing table."""
 SIDE_ROOM_M = (3.2, 4.6)
 
 
@@ -56,6 +58,7 @@ def fill_hall(space: Space, openings: Sequence[Opening], rng: np.random.Generato
     target = rng.uniform(*COVER)
     rows = add_shelves(room, SHELF_SHARE * target, rng)
     add_columns(room, rows, rng)
+    any(add_freely(room, f.table_with_chairs(rng), rng) for _ in range(PACKING_ATTEMPTS))
     goods = (f.pallet, f.pallet, f.table_with_chairs, f.desk_island)
     for _ in range(int(room.area_m2)):
         if room.cover >= target:
