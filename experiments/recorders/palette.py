@@ -40,8 +40,9 @@ OTHER_SOLID: Rgb = (160, 150, 140)
 
 ACTIVITIES: dict[str, Rgb] = {
     "exploring": ROBOT,
+    "looking": (0, 150, 160),
     "recovering": PATH,
-    "waiting": (150, 150, 150),
+    "blind": (120, 120, 120),
     "complete": (30, 160, 70),
     "sealed_in": (140, 90, 200),
     "stuck": (215, 40, 40),

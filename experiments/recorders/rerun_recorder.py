@@ -18,15 +18,9 @@ import rerun as rr
 from experiments.recorders.belief_tiles import BeliefTiles, Tile
 from experiments.recorders.frontiers import cells_in_map, chosen_frontier, frontier_colour
 from experiments.recorders.rerun_blueprint import TIMELINE, blueprint
-from experiments.recorders.rerun_scene import (
-    BEAM_Z_M,
-    FRONTIER_Z_M,
-    PATH_Z_M,
-    TRAIL_Z_M,
-    log_scene,
-    planar_transform,
-)
-from occmap.geometry import Points, Pose2
+from experiments.recorders.rerun_motion import MotionColumns, Points32, lifted
+from experiments.recorders.rerun_scene import FRONTIER_Z_M, PATH_Z_M, log_scene
+from occmap.geometry import Pose2
 from sim.building import Building
 
 if TYPE_CHECKING:
@@ -34,9 +28,6 @@ if TYPE_CHECKING:
     from experiments.episode import Step
     from occmap.frontiers import Frontier
     from sim.truth import TruthGrid
-
-Points32 = np.ndarray
-"""(..., 3) float32 metres."""
 
 
 @dataclass(frozen=True)
@@ -77,6 +68,7 @@ class RerunRecorder:
         self.config = config or RerunConfig()
         self._curve = curve
         self._tiles = BeliefTiles()
+        self._motion = MotionColumns(self.config.rays, self.config.quantum_m)
         self._rec = rr.RecordingStream("occmap", recording_id=uuid.uuid4())
         self._rec.save(path, default_blueprint=blueprint(building))
         self._rec.set_log_time_enabled(False)  # the wall clock says nothing about an episode
@@ -84,7 +76,6 @@ class RerunRecorder:
         log_scene(self._rec, building, world_from_map, truth)
         self._motion_due_s = self._map_due_s = self._sync_due_s = -np.inf
         self._last: Step | None = None
-        self._moved: Step | None = None  # the step last seen by _log_motion
         self._sample: Sample | None = None
 
     def record(self, step: Step) -> None:
@@ -94,21 +85,27 @@ class RerunRecorder:
         self._log_decision(step)
         if now_s >= self._motion_due_s:
             self._motion_due_s = now_s + self.config.motion_period_s - 1e-6
-            self._log_motion(step)
+            self._motion.add(step)
         if now_s >= self._map_due_s:
             self._map_due_s = now_s + self.config.map_period_s - 1e-6
             self._log_map(step)
         if now_s >= self._sync_due_s:
             self._sync_due_s = now_s + self.config.sync_period_s - 1e-6
-            self._rec.flush(timeout_sec=0.0)  # starts the push, does not wait for the disk
+            self._sync()
         self._last = step
 
     def close(self) -> None:
         """Show how it ended and finish the file."""
         if self._last is not None:
-            self._log_motion(self._last)
+            self._motion.add(self._last)
             self._log_map(self._last)
+            self._sync()
         self._rec.disconnect()
+
+    def _sync(self) -> None:
+        """Push everything on its way to the file."""
+        self._motion.send(self._rec)
+        self._rec.flush(timeout_sec=0.0)  # starts the push, does not wait for the disk
 
     def _log_decision(self, step: Step) -> None:
         """What changes now and then: path, goal, activity, events, scores."""
@@ -140,44 +137,10 @@ class RerunRecorder:
         for entity, value in (
             ("explored", 100.0 * sample.score.explored),
             ("path_length", sample.path_length_m),
-            ("pose_error", sample.position_error_m),
+            ("pose_error", round(sample.position_error_m, 4)),
             ("wrong_cells", float(sample.score.wrong_cells)),
         ):
             self._rec.log(f"curves/{entity}", rr.Scalars(value))
-
-    def _log_motion(self, step: Step) -> None:
-        """Robot, trails and beams."""
-        estimate, truth = step.decision.map_from_robot, step.truth.world_from_robot
-        self._rec.log("world/map/robot", planar_transform(estimate))
-        self._rec.log("world/true_robot", planar_transform(truth))
-        if self._moved is not None:
-            old_estimate, old_truth = self._moved.decision.map_from_robot, self._moved.truth.world_from_robot
-            self._log_segment("world/map/trail", old_estimate, estimate)
-            self._log_segment("world/true_trail", old_truth, truth)
-        self._moved = step
-        self._log_beams(step)
-
-    def _log_segment(self, entity: str, start: Pose2, end: Pose2) -> None:
-        points = lifted(np.array([start.position, end.position]), TRAIL_Z_M)
-        self._rec.log(entity, rr.LineStrips3D.from_fields(strips=[points]))
-
-    def _log_beams(self, step: Step) -> None:
-        scan, seen = step.observation.scan, step.observation
-        map_from_lidar = step.decision.map_from_robot @ seen.robot_from_lidar
-        far = np.isposinf(scan.ranges_m)
-        reach_m = np.where(far, scan.max_range_m, scan.ranges_m)
-        in_lidar = np.column_stack((reach_m * np.cos(scan.bearings_rad), reach_m * np.sin(scan.bearings_rad)))
-        ends = lifted(self._rounded(map_from_lidar.apply(in_lidar)), BEAM_Z_M)
-        drawn = np.zeros(far.shape, bool)
-        drawn[:: max(1, len(far) // self.config.rays)] = True
-        self._rec.log("world/map/beams/ends", rr.Points3D.from_fields(positions=ends[scan.is_hit]))
-        origin = lifted(self._rounded(np.array([map_from_lidar.position])), BEAM_Z_M)
-        for name, shown in (("hit", drawn & scan.is_hit), ("no_return", drawn & far)):
-            strips = np.stack((np.broadcast_to(origin, ends[shown].shape), ends[shown]), axis=1)
-            self._rec.log(f"world/map/beams/{name}", rr.LineStrips3D.from_fields(strips=strips))
-
-    def _rounded(self, points: Points) -> Points:
-        return np.round(points / self.config.quantum_m) * self.config.quantum_m
 
     def _log_map(self, step: Step) -> None:
         """The tiles of the belief that changed, and the frontiers."""
@@ -188,11 +151,12 @@ class RerunRecorder:
     def _log_frontiers(self, step: Step) -> None:
         chosen, resolution_m = chosen_frontier(step.decision), step.grid.frame.resolution_m
         others = [f for f in step.decision.frontiers if f is not chosen]
+        colours = np.array([frontier_colour(f) for f in others], np.uint8).reshape(-1, 3)
         self._rec.log(
             "world/map/frontiers",
             rr.Points3D.from_fields(
                 positions=frontier_points(others, resolution_m),
-                colors=[frontier_colour(f) for f in others for _ in f.cells],
+                colors=np.repeat(colours, [len(f.cells) for f in others], axis=0),
                 radii=0.6 * resolution_m,
             ),
         )
@@ -213,11 +177,6 @@ class RerunRecorder:
                 colormap=rr.components.Colormap.RvizMap,
             ),
         )
-
-
-def lifted(points: Points, z_m: float) -> Points32:
-    """(n, 2) points of the plane as (n, 3) float32 at one height."""
-    return np.column_stack((points, np.full(len(points), z_m))).astype(np.float32)
 
 
 def frontier_points(frontiers: Sequence[Frontier], resolution_m: float) -> Points32:

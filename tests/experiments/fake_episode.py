@@ -86,7 +86,8 @@ def insert(grid: OccupancyGrid, scan: Scan, map_from_lidar: Pose2) -> None:
 
 def frontiers_of(grid: OccupancyGrid) -> tuple[Frontier, ...]:
     edge = (grid.state == Belief.FREE) & ndimage.binary_dilation(grid.state == Belief.UNKNOWN)
-    labels = np.asarray(ndimage.label(edge, np.ones((3, 3)))[0])
+    labels = np.empty(edge.shape, np.int32)
+    ndimage.label(edge, np.ones((3, 3)), output=labels)
     found = []
     for label in range(1, labels.max() + 1):
         iy, ix = np.nonzero(labels == label)
