@@ -48,7 +48,13 @@ class ClearanceMap:
             self.rebuild(grid)
         elif len(change.flat_cells):
             self._kernels.take_flips(
-                change.flat_cells, change.was, grid.state, self._column, self.distance_m, self._by_squares, self._disc
+                change.flat_cells,
+                change.was,
+                grid.state,
+                self._column,
+                self.distance_m,
+                self._by_squares,
+                self._disc,
             )
 
     def rebuild(self, grid: OccupancyGrid) -> None:

@@ -56,7 +56,9 @@ class FrontierMap:
         if change.grew or self.mask.shape != grid.shape:
             self.rebuild(grid)
         elif len(change.flat_cells):
-            fresh = self._kernels.update_mask(change.flat_cells, grid.state, self.mask, self.config.ignore_rim)
+            fresh = self._kernels.update_mask(
+                change.flat_cells, grid.state, self.mask, self.config.ignore_rim
+            )
             self._listed = np.concatenate((self._listed, fresh))
 
     def rebuild(self, grid: OccupancyGrid) -> None:

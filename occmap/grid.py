@@ -108,7 +108,9 @@ class GridConfig:
                 f"need 0 < free_below < occupied_above < 1, got {self.free_below} and {self.occupied_above}"
             )
         if not self.free_below <= self.prior <= self.occupied_above:
-            raise ValueError(f"a cell never seen must be unknown, but prior {self.prior} is outside the thresholds")
+            raise ValueError(
+                f"a cell never seen must be unknown, but prior {self.prior} is outside the thresholds"
+            )
         if not self.clamp > 0.0:
             raise ValueError(f"clamp must be positive, got {self.clamp}")
 
@@ -175,9 +177,12 @@ class OccupancyGrid:
             if all(low[k] >= old_low[k] and high[k] <= old_high[k] for k in (0, 1)):
                 return False
             slack = (nx // 2, ny // 2)
-            new_low = [old_low[k] if low[k] >= old_low[k] else min(low[k], old_low[k] - slack[k]) for k in (0, 1)]
+            new_low = [
+                old_low[k] if low[k] >= old_low[k] else min(low[k], old_low[k] - slack[k]) for k in (0, 1)
+            ]
             new_high = [
-                old_high[k] if high[k] <= old_high[k] else max(high[k], old_high[k] + slack[k]) for k in (0, 1)
+                old_high[k] if high[k] <= old_high[k] else max(high[k], old_high[k] + slack[k])
+                for k in (0, 1)
             ]
         shape = (new_high[1] - new_low[1], new_high[0] - new_low[0])
         offset = (new_low[0], new_low[1])
@@ -189,7 +194,11 @@ class OccupancyGrid:
 
 
 def moved(
-    array: NDArray, old_offset: tuple[int, int], new_offset: tuple[int, int], shape: tuple[int, int], fill: np.generic
+    array: NDArray,
+    old_offset: tuple[int, int],
+    new_offset: tuple[int, int],
+    shape: tuple[int, int],
+    fill: np.generic,
 ) -> NDArray:
     """A copy of a layer in a larger array whose first cell is new_offset; new cells hold fill."""
     out = np.full(shape, fill, dtype=array.dtype)

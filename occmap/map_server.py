@@ -117,7 +117,9 @@ def _image_path(path: Path, fields: dict[str, Any]) -> Path:
     for candidate in candidates:
         if candidate.is_file():
             return candidate
-    raise FileNotFoundError(f"{path} names the image {named}, but there is no {candidates[0]} and no {candidates[1]}")
+    raise FileNotFoundError(
+        f"{path} names the image {named}, but there is no {candidates[0]} and no {candidates[1]}"
+    )
 
 
 def _number(path: Path, fields: dict[str, Any], name: str, default: float | None = None) -> float:

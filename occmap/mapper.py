@@ -85,7 +85,16 @@ class Mapper:
         model = self._model(grid)
         hits = np.empty(_most_hits(in_window, model), np.int64)
         n = self._kernels.integrate(
-            self._window, patch, grid.log_odds, grid.state, in_window, hit, model, hits, self._flips, self._was
+            self._window,
+            patch,
+            grid.log_odds,
+            grid.state,
+            in_window,
+            hit,
+            model,
+            hits,
+            self._flips,
+            self._was,
         )
         return GridChange(grew, self._flips[:n].copy(), self._was[:n].copy(), grid.state)
 
@@ -94,11 +103,17 @@ class Mapper:
         if len(scan.ranges_m) > MAX_BEAMS:
             raise ValueError(f"a scan may have at most {MAX_BEAMS} beams, got {len(scan.ranges_m)}")
         reach_m = min(scan.max_range_m, self.config.usable_range_m)
+        bearings_rad, ranges_m = scan.bearings_rad, scan.ranges_m
+        if (bearings_rad[1:] < bearings_rad[:-1]).any():  # neighbours must be neighbours
+            order = np.argsort(bearings_rad, kind="stable")
+            bearings_rad, ranges_m = bearings_rad[order], ranges_m[order]
         points, hit, (low_x, low_y, high_x, high_y) = self._kernels.beam_ends(
-            scan.bearings_rad,
-            scan.ranges_m,
+            bearings_rad,
+            ranges_m,
             scan.min_range_m,
-            reach_m,
+            scan.max_range_m,
+            self.config.usable_range_m,
+            self.config.no_returns_in_company,
             map_from_lidar.x_m,
             map_from_lidar.y_m,
             map_from_lidar.yaw_rad,

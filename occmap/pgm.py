@@ -32,7 +32,9 @@ def read_pgm(path: Path) -> NDArray[np.float64]:
         values = np.array(re.sub(rb"#[^\n]*", b"", body).split()[: nx * ny], np.float64)
     else:
         dtype = np.dtype(np.uint8 if highest < 256 else ">u2")
-        values = np.frombuffer(body[: len(body) // dtype.itemsize * dtype.itemsize], dtype)[: nx * ny].astype(np.float64)
+        values = np.frombuffer(body[: len(body) // dtype.itemsize * dtype.itemsize], dtype)[: nx * ny].astype(
+            np.float64
+        )
     if values.size < nx * ny:
         raise ValueError(f"{path} is cut short: {values.size} of {nx * ny} pixels")
     return values.reshape(ny, nx) / highest

@@ -29,6 +29,9 @@ class SensorModelConfig:
     """Full opening angle (beta). 0: a laser's line; 0.26 to 0.52: a sonar's cone, which votes on a wedge."""
     usable_range_m: float = math.inf
     """Beams are spent no farther than this, however far the sensor reaches."""
+    no_returns_in_company: int = 3
+    """Beams that met nothing are believed from this many neighbours on. Fewer, between beams that returned,
+    are echoes that got lost; each would open a free line through the wall. 1: believe them all."""
     one_vote_per_scan: bool = False
     """At most one vote per cell and scan, a hit rather than a miss. Off: every beam votes, as independent
     evidence; faster to learn near the robot, where many beams cross one cell."""
@@ -48,6 +51,8 @@ class SensorModelConfig:
             raise ValueError(f"beam_width_rad must lie in [0, pi/2), got {self.beam_width_rad}")
         if not self.usable_range_m > 0.0:
             raise ValueError(f"usable_range_m must be positive, got {self.usable_range_m}")
+        if self.no_returns_in_company < 1:
+            raise ValueError(f"no_returns_in_company must be at least 1, got {self.no_returns_in_company}")
 
     def increments(self, prior: float = 0.5) -> tuple[float, float]:
         """(hit, miss): what one vote adds to a cell's log-odds: log-odds of the model less those of the prior."""

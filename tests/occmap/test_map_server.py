@@ -121,7 +121,9 @@ def test_a_file_that_is_no_map_is_refused(tmp_path: Path, text: str):
         load_map(path)
 
 
-@pytest.mark.parametrize("image", [b"", b"\x89PNG\r\n", b"P5\n4 4\n255\n\x00", b"P5\n0 4\n255\n", b"P2\n2 2\n255\n1 2 3"])
+@pytest.mark.parametrize(
+    "image", [b"", b"\x89PNG\r\n", b"P5\n4 4\n255\n\x00", b"P5\n0 4\n255\n", b"P2\n2 2\n255\n1 2 3"]
+)
 def test_a_broken_image_is_refused_by_name(tmp_path: Path, image: bytes):
     path = write(tmp_path, [[254]])
     (tmp_path / "plan.pgm").write_bytes(image)

@@ -24,7 +24,7 @@ def beams(bearings, ranges, max_range_m: float = 12.0, min_range_m: float = 0.05
     return Scan(np.asarray(bearings, float), np.asarray(ranges, float), max_range_m, min_range_m)
 
 
-def random_scan(rng: np.random.Generator, n: int = 90) -> Scan:
+def random_scan(rng: np.random.Generator, n: int = 360) -> Scan:
     ranges = rng.uniform(0.0, 5.0, n)
     ranges[rng.random(n) < 0.1] = np.inf
     ranges[rng.random(n) < 0.1] = np.nan
@@ -38,6 +38,21 @@ def random_pose(rng: np.random.Generator) -> Pose2:
 def at(grid: OccupancyGrid, x_m: float, y_m: float) -> float:
     ix, iy = grid.frame.cell_at(x_m, y_m)
     return float(grid.log_odds[iy, ix])
+
+
+def without_lone_no_returns(scan: Scan, company: int = 3) -> Scan:
+    """Beams between returns that met nothing say nothing, unless `company` of them stand together."""
+    speaking = np.flatnonzero(scan.ranges_m >= scan.min_range_m)
+    nothing = scan.ranges_m[speaking] >= scan.max_range_m
+    ranges = scan.ranges_m.copy()
+    if not nothing.all():
+        first_return = int(np.argmin(nothing))
+        turned, beams_in_turn = np.roll(nothing, -first_return), np.roll(speaking, -first_return)
+        runs = np.split(np.arange(len(turned)), np.flatnonzero(np.diff(turned)) + 1)
+        for run in runs:
+            if turned[run[0]] and len(run) < company:
+                ranges[beams_in_turn[run]] = np.nan
+    return beams(scan.bearings_rad, ranges, scan.max_range_m, scan.min_range_m)
 
 
 def votes_twin(scan: Scan, pose: Pose2, grid: OccupancyGrid, half_width: float = 0.0, alpha_m: float = 0.0):
@@ -140,7 +155,7 @@ def test_the_kernel_equals_its_twin_and_reports_every_change(one_vote: bool):
     grid.grow_to_contain((-7.0, -7.0), (7.0, 7.0))
     for _ in range(25):
         scan, pose = random_scan(rng), random_pose(rng)
-        expected = belief_twin(grid.log_odds.astype(float), *votes_twin(scan, pose, grid), one_vote)
+        expected = belief_twin(grid.log_odds.astype(float), *votes_twin(without_lone_no_returns(scan), pose, grid), one_vote)
         before = grid.state.copy()
         change = mapper.insert(scan, pose, grid)
         assert not change.grew
@@ -176,7 +191,7 @@ def assert_change_is_the_difference(change: GridChange, before: np.ndarray, afte
 def test_the_order_of_beams_does_not_change_the_map(seed: int, one_vote: bool):
     rng = np.random.default_rng(seed)
     mapper = Mapper(SensorModelConfig(one_vote_per_scan=one_vote))
-    scan, pose, shuffled = random_scan(rng), random_pose(rng), rng.permutation(90)
+    scan, pose, shuffled = random_scan(rng), random_pose(rng), rng.permutation(360)
     grids = OccupancyGrid(), OccupancyGrid()
     mapper.insert(scan, pose, grids[0])
     mapper.insert(beams(scan.bearings_rad[shuffled], scan.ranges_m[shuffled], 4.5), pose, grids[1])
@@ -206,6 +221,38 @@ def test_a_beam_that_met_nothing_frees_its_whole_length_and_occupies_nothing():
         assert not (grid.log_odds > 0.0).any()
 
 
+def fan(no_returns: list[int]) -> Scan:
+    """A round room of 2 m radius, seen by 360 beams; these got no answer."""
+    ranges = np.full(360, 2.0)
+    ranges[no_returns] = np.inf
+    return beams(np.arange(360) * 2.0 * math.pi / 360, ranges)
+
+
+def freed_beyond_the_wall(scan: Scan, config: SensorModelConfig | None = None) -> bool:
+    mapper, grid = Mapper(config), OccupancyGrid()
+    mapper.insert(scan, Pose2.identity(), grid)
+    iy, ix = np.nonzero(grid.log_odds < 0.0)
+    return bool((np.hypot(*grid.frame.map_from_cell(np.column_stack((ix, iy))).T) > 2.2).any())
+
+
+def test_a_lost_echo_between_returns_opens_no_line_through_the_wall():
+    assert not freed_beyond_the_wall(fan([90]))
+    assert not freed_beyond_the_wall(fan([0, 359]))
+    assert freed_beyond_the_wall(fan([90]), SensorModelConfig(no_returns_in_company=1))
+
+
+def test_three_neighbours_that_met_nothing_are_believed_also_around_a_failed_one():
+    assert freed_beyond_the_wall(fan([359, 0, 1]))
+    holed = fan([10, 11, 13])
+    holed.ranges_m[12] = math.nan
+    assert freed_beyond_the_wall(holed)
+
+
+def test_where_no_neighbour_is_near_a_single_beam_that_met_nothing_is_believed():
+    assert freed_beyond_the_wall(beams([0.0, 1.0, 2.0], [2.0, math.inf, 2.0]))
+    assert freed_beyond_the_wall(beams([0.0, 0.05, 0.1, 0.15], [2.0, 2.0, 2.0, math.inf]))  # the fan's edge
+
+
 @pytest.mark.parametrize("z", [math.nan, 0.04, -math.inf, -1.0])
 def test_failed_and_too_short_beams_say_nothing(z: float):
     mapper, grid = Mapper(), OccupancyGrid()
@@ -228,7 +275,9 @@ def test_rays_that_graze_a_wall_do_not_erase_it():
     mapper, grid = Mapper(SensorModelConfig(one_vote_per_scan=True)), OccupancyGrid()
     bearings = np.linspace(0.02, 0.6, 400)
     for _ in range(20):
-        mapper.insert(beams(bearings, np.minimum(0.52 / np.sin(bearings), np.inf)), Pose2(0.01, 0.01, 0.0), grid)
+        mapper.insert(
+            beams(bearings, np.minimum(0.52 / np.sin(bearings), np.inf)), Pose2(0.01, 0.01, 0.0), grid
+        )
     hits = [(0.01 + 0.52 / math.tan(b), 0.53) for b in bearings if 0.52 / math.sin(b) < 12.0]
     assert all(at(grid, *place) == 6.0 for place in hits)
 

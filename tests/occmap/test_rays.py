@@ -67,7 +67,9 @@ def test_fixed_point_rays_count_the_lessons_cells_in_all_directions():
             assert counted(middle, middle, x, y, size) == (sorted(ray[:-1]), y * size + x)
 
 
-@pytest.mark.parametrize(("dx", "dy"), [(4000, 1999), (4000, 2001), (3999, 2000), (2000, 4000), (3999, 3998), (4001, 1)])
+@pytest.mark.parametrize(
+    ("dx", "dy"), [(4000, 1999), (4000, 2001), (3999, 2000), (2000, 4000), (3999, 3998), (4001, 1)]
+)
 def test_fixed_point_rays_stay_exact_over_200_m(dx: int, dy: int):
     size = 4002
     ray = lesson_bresenham(0, 0, dx, dy)
