@@ -76,16 +76,14 @@ class LidarNoise:
     def spoil(self, exact_m: Floats, min_range_m: float, max_range_m: float) -> Floats:
         """(n,) measured ranges: at or beyond max_range_m they are inf, of failed beams nan."""
         config, streams, count = self.config, self._streams, len(exact_m)
-        sigma = config.range_sigma_m + config.range_sigma_share * exact_m
-        error = streams.range_error.standard_normal(count)
-        with np.errstate(invalid="ignore"):  # a miss stays one: inf + inf * error may be nan, and is replaced
-            measured = exact_m + sigma * error
-        measured[np.isinf(exact_m)] = math.inf
+        reach_m = np.minimum(exact_m, max_range_m)
+        sigma_m = config.range_sigma_m + config.range_sigma_share * reach_m
+        measured = reach_m + sigma_m * streams.range_error.standard_normal(count)
+        measured[exact_m > max_range_m] = math.inf
 
         chance, place = streams.short.random((2, count))
         short = np.flatnonzero(chance < config.short_rate)
-        reach = np.minimum(exact_m[short], max_range_m)
-        measured[short] = min_range_m + place[short] * np.maximum(reach - min_range_m, 0.0)
+        measured[short] = min_range_m + place[short] * np.maximum(reach_m[short] - min_range_m, 0.0)
         measured[streams.miss.random(count) < config.miss_rate] = math.inf
 
         if config.quantum_m > 0.0:

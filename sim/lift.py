@@ -31,8 +31,8 @@ class Lift:
 
 
 def _held_at(pose: np.ndarray) -> np.ndarray:
-    """What a weld holds that keeps a body's origin at a pose (7 numbers) in the world: the anchor in the world, the
-    anchor in the body, and the world's orientation seen from the body."""
+    """What a weld holds that keeps a body's origin at a pose (7 numbers) in the world: the anchor in the
+    world, the anchor in the body, and the world's orientation seen from the body."""
     world_in_body = np.zeros(4)
     mujoco.mju_negQuat(world_in_body, pose[3:])
     return np.concatenate((pose[:3], np.zeros(3), world_in_body))

@@ -67,7 +67,7 @@ class Robot:
         self.lidar = lidar
         self._odometer = odometer
         self._odom_from_robot = odometer.read(world)
-        self._ramped = Twist2.zero()
+        self._linear_mps, self._angular_radps = 0.0, 0.0  # what the wheels are told now, on the ramp
         self._path_length_m = 0.0
         self._steps_a_turn = _whole_steps(lidar.config.rate_hz, world.step_s, "lidar.rate_hz")
         self._steps_a_tick = _whole_steps(self.config.control_hz, world.step_s, "control_hz")
@@ -89,8 +89,8 @@ class Robot:
         before = self.world.world_from_robot
         for done in range(0, self._steps_a_turn, self._steps_a_tick):
             steps = min(self._steps_a_tick, self._steps_a_turn - done)
-            self._ramped = self._ramp(target, steps * self.world.step_s)
-            self._turn_wheels(self._ramped)
+            self._ramp(target, steps * self.world.step_s)
+            self._turn_wheels()
             self.world.advance(steps)
         self._path_length_m += before.distance_to(self.world.world_from_robot)
         self._odom_from_robot = self._odometer.read(self.world)
@@ -116,17 +116,19 @@ class Robot:
             _clip(twist.angular_radps, config.max_angular_radps),
         )
 
-    def _ramp(self, target: Twist2, dt_s: float) -> Twist2:
-        now, config = self._ramped, self.config
-        faster = _clip(target.linear_mps - now.linear_mps, config.max_linear_accel_mps2 * dt_s)
-        turning = _clip(target.angular_radps - now.angular_radps, config.max_angular_accel_radps2 * dt_s)
-        return Twist2(now.linear_mps + faster, now.angular_radps + turning)
+    def _ramp(self, target: Twist2, dt_s: float) -> None:
+        config = self.config
+        self._linear_mps += _clip(target.linear_mps - self._linear_mps, config.max_linear_accel_mps2 * dt_s)
+        self._angular_radps += _clip(
+            target.angular_radps - self._angular_radps, config.max_angular_accel_radps2 * dt_s
+        )
 
-    def _turn_wheels(self, twist: Twist2) -> None:
-        across_mps = 0.5 * self.world.track_m * twist.angular_radps
-        self.world.drive(
-            (twist.linear_mps - across_mps) / self.world.wheel_radius_m,
-            (twist.linear_mps + across_mps) / self.world.wheel_radius_m,
+    def _turn_wheels(self) -> None:
+        world = self.world
+        across_mps = 0.5 * world.track_m * self._angular_radps
+        world.drive(
+            (self._linear_mps - across_mps) / world.wheel_radius_m,
+            (self._linear_mps + across_mps) / world.wheel_radius_m,
         )
 
 

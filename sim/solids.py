@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,6 +51,18 @@ class SolidArrays:
             self.height_m[which],
         )
 
+    def turned(self, angle_rad: float) -> SolidArrays:
+        """All of them turned about the origin."""
+        c, s = math.cos(angle_rad), math.sin(angle_rad)
+        turn = np.array([[c, s], [-s, c]])  # for rows, from the right
+        return replace(self, center_m=self.center_m @ turn, heading=self.heading @ turn)
+
+    def farthest_along(self, x: float, y: float) -> Floats:
+        """(n,) how far each reaches in the direction of a unit vector, from the origin."""
+        c, s = self.heading[:, 0], self.heading[:, 1]
+        reach = self.half_m[:, 0] * np.abs(c * x + s * y) + self.half_m[:, 1] * np.abs(c * y - s * x)
+        return self.center_m[:, 0] * x + self.center_m[:, 1] * y + reach + self.radius_m
+
     def distance_m(self, x_m: float, y_m: float) -> Floats:
         """(n,) horizontal distance from a place to each solid's surface: exact outside, 0 inside a box,
         negative inside a cylinder."""
@@ -65,19 +77,19 @@ class Nearby:
     """The few solids around a moving place, found anew only after it has moved by refill_m."""
 
     def __init__(self, solids: SolidArrays, reach_m: float, refill_m: float = 1.0) -> None:
+        self.refill_m = refill_m
+        self.found_at = (math.inf, math.inf)
+        self.near = solids
         self._solids = solids
         self._reach_m = reach_m
-        self._refill_m = refill_m
-        self._found_at = (math.inf, math.inf)
-        self._near = solids
 
     def around(self, x_m: float, y_m: float) -> SolidArrays:
         """At least all solids that come nearer than reach_m; the same object until they are found anew."""
-        if math.hypot(x_m - self._found_at[0], y_m - self._found_at[1]) > self._refill_m:
-            near = self._solids.distance_m(x_m, y_m) < self._reach_m + self._refill_m
-            self._near = self._solids.take(np.flatnonzero(near))
-            self._found_at = (x_m, y_m)
-        return self._near
+        if math.hypot(x_m - self.found_at[0], y_m - self.found_at[1]) > self.refill_m:
+            near = self._solids.distance_m(x_m, y_m) < self._reach_m + self.refill_m
+            self.near = self._solids.take(np.flatnonzero(near))
+            self.found_at = (x_m, y_m)
+        return self.near
 
 
 def _row(solid: Solid) -> tuple[float, ...]:

@@ -42,11 +42,13 @@ class World:
         self.doors = ClosingDoors(closing)
         self.collisions = Collisions(self.model.opt.timestep)
         self.step_s: float = self.model.opt.timestep
+        self.body_radius_m, self.wheel_radius_m, self.track_m = _dimensions(self.model)
         self._steps = 0
         self.trail = Trail()
         self.trail.record(self.time_s, self.data.qpos)
         self._lift = Lift(self.model)
         self._touching = self.data.sensor("touching").data
+        self._warnings = self.data.warning.number
         self._wheels = [int(self.model.joint(name).qposadr[0]) for name in ("left_wheel", "right_wheel")]
 
     @property
@@ -77,21 +79,6 @@ class World:
     def panels(self) -> SolidArrays:
         """Closing doors as far as they stand in the way now."""
         return self.doors.standing
-
-    @property
-    def body_radius_m(self) -> float:
-        """The radius of the upright cylinder that encloses the robot."""
-        return float(self.model.geom("chassis").size[0])
-
-    @property
-    def wheel_radius_m(self) -> float:
-        """The radius of both wheels, as built."""
-        return float(self.model.geom("left_wheel").size[0])
-
-    @property
-    def track_m(self) -> float:
-        """The distance between the wheels' points of contact, as built."""
-        return float(self.model.body("left_wheel").pos[1] - self.model.body("right_wheel").pos[1])
 
     def lidar_mount(self) -> tuple[Pose2, float]:
         """robot_from_lidar, and the lidar's height above the floor in metres."""
@@ -133,22 +120,29 @@ class World:
         self.data.mocap_pos[:, 2] = -self.doors.sunk_m
 
     def _check(self) -> None:
-        warned = [name for name, kind in _WARNINGS if self.data.warning[kind].number]
-        finite = math.isfinite(sum(self.data.qpos.tolist()) + sum(self.data.qvel.tolist()))
-        if warned or not finite:
-            reason = ", ".join(warned) or "the state is not finite"
+        state = self.data.qpos.tolist()
+        if self._warnings.any() or not math.isfinite(sum(state)):
+            reasons = [name for name, kind in _WARNINGS.items() if self._warnings[kind]]
             raise PhysicsFault(
-                f"physics fault at t = {self.time_s:.3f} s: {reason}; "
-                f"qpos = {self.data.qpos.tolist()}, qvel = {self.data.qvel.tolist()}"
+                f"physics fault at t = {self.time_s:.3f} s: {', '.join(reasons) or 'state not finite'}; "
+                f"qpos = {state}, qvel = {self.data.qvel.tolist()}"
             )
 
 
-# World turns every warning into a PhysicsFault; MuJoCo's own handler would leave a MUJOCO_LOG.TXT wherever one stands.
+# World turns every warning into a PhysicsFault; MuJoCo's own handler would also leave a log file behind.
 mujoco.set_mju_user_warning(lambda message: None)
 
-_WARNINGS = [
-    (name, int(kind)) for name, kind in mujoco.mjtWarning.__members__.items() if name != "mjNWARNING"
-]
+_WARNINGS = {name: int(kind) for name, kind in mujoco.mjtWarning.__members__.items() if name != "mjNWARNING"}
+
+
+def _dimensions(model: mujoco.MjModel) -> tuple[float, float, float]:
+    """The radius of the cylinder that encloses the robot, the radius of its wheels, and their distance."""
+    left, right = model.body("left_wheel"), model.body("right_wheel")
+    return (
+        float(model.geom("chassis").size[0]),
+        float(model.geom("left_wheel").size[0]),
+        float(left.pos[1] - right.pos[1]),
+    )
 
 
 def _compile(building: Building, closing: Sequence[Door]) -> mujoco.MjModel:

@@ -1,0 +1,75 @@
+"""A MuJoCo model whose geoms are rewritten in place, only for ray casts."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+from sim.solids import Floats, SolidArrays
+
+_BOX, _CYLINDER = int(mujoco.mjtGeom.mjGEOM_BOX), int(mujoco.mjtGeom.mjGEOM_CYLINDER)
+
+
+class RaySlots:
+    """A world of `capacity` static geoms, of which the first `used` are there.
+
+    Writing a slot sets by hand what MuJoCo's compiler and kinematics would: nothing is compiled again until a
+    larger capacity is needed. A test holds it against a model that was compiled.
+    """
+
+    def __init__(self, capacity: int) -> None:
+        spec = mujoco.MjSpec()
+        for _ in range(capacity):
+            spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=[1.0, 1.0, 1.0])
+        self.capacity = capacity
+        self.used = 0
+        self._model = spec.compile()
+        self._data = mujoco.MjData(self._model)
+        mujoco.mj_kinematics(self._model, self._data)
+        # The bounding volume of the world's own geoms is used to skip them all: let it hold every building.
+        self._model.bvh_aabb[self._model.body_bvhadr[0]] = (0.0, 0.0, 0.0, 1e6, 1e6, 1e6)
+
+    def with_room(self, count: int) -> RaySlots:
+        """These slots, or more of them: empty ones, with something to spare."""
+        return self if count <= self.capacity else RaySlots(2 * count)
+
+    def write(self, first: int, solids: SolidArrays) -> None:
+        """Put solids into the slots from `first` on; those behind them are no longer there."""
+        model, data = self._model, self._data
+        end = first + len(solids)
+        model.body_geomnum[0] = self.used = end
+        if first == end:
+            return
+        slots = slice(first, end)
+        is_cylinder = solids.radius_m > 0.0
+        half_z = 0.5 * solids.height_m
+        box = np.column_stack((solids.half_m + solids.radius_m[:, None], half_z))  # also bounds a cylinder
+        model.geom_type[slots] = np.where(is_cylinder, _CYLINDER, _BOX)
+        model.geom_size[slots] = box
+        model.geom_size[slots, 1] = np.where(is_cylinder, half_z, box[:, 1])
+        model.geom_aabb[slots, 3:] = box
+        model.geom_rbound[slots] = np.linalg.norm(box, axis=1)
+        data.geom_xpos[slots] = np.column_stack((solids.center_m, half_z))
+        c, s = solids.heading[:, 0], solids.heading[:, 1]
+        matrix = np.zeros((len(solids), 9))
+        matrix[:, 0], matrix[:, 1], matrix[:, 3], matrix[:, 4], matrix[:, 8] = c, -s, s, c, 1.0
+        data.geom_xmat[slots] = matrix
+
+    def cast(self, origin_m: tuple[float, float, float], directions: Floats, cutoff_m: float) -> Floats:
+        """(n,) distances along (n, 3) directions, -1 for a miss."""
+        distance = np.empty(len(directions))
+        mujoco.mj_multiRay(
+            self._model,
+            self._data,
+            pnt=np.array(origin_m),
+            vec=directions.ravel(),
+            geomgroup=None,
+            flg_static=True,
+            bodyexclude=-1,  # none
+            geomid=np.empty(len(directions), dtype=np.int32),
+            dist=distance,
+            normal=None,
+            nray=len(directions),
+            cutoff=cutoff_m,
+        )
+        return distance
