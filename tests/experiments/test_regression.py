@@ -1,0 +1,53 @@
+"""One small building of each kind, explored to the end: what must not get worse.
+
+The figures are lower bounds of what was measured when this was written, with a little air.
+"""
+
+import pytest
+
+from experiments.config import ExperimentConfig
+from experiments.experiment import prepare
+from experiments.run import Run, run
+from experiments.summary import Summary, summarise
+from occmap.decision import Reason
+from sim.generators import BuildingConfig, Kind
+
+SMALL: dict[Kind, tuple[float, float]] = {
+    "office": (12.0, 10.0),
+    "apartment": (10.0, 8.0),
+    "maze": (8.0, 8.0),
+    "hall": (12.0, 10.0),
+}
+
+
+def explored(kind: Kind) -> tuple[Run, Summary]:
+    config = ExperimentConfig(seed=11, building=BuildingConfig(kind, size_m=SMALL[kind]), time_limit_s=1200.0)
+    done = run(prepare(config))
+    return done, summarise(done)
+
+
+@pytest.mark.parametrize("kind", SMALL)
+def test_a_small_building_is_explored_to_the_end(kind):
+    done, summary = explored(kind)
+    assert summary.status == "complete"
+    assert summary.honest
+    assert summary.explored >= 0.995
+    assert summary.wrong <= 0.0015
+    assert summary.wall_recall >= 0.98
+    assert summary.wall_error_m["p95"] <= 1.5 * 0.05
+    assert summary.collisions == {"events": 0, "duration_s": 0.0}
+    assert {left.reason for left in done.last.decision.unknown_left}.isdisjoint({Reason.GAVE_UP, Reason.UNSAFE})
+
+
+def test_wheels_that_drift_smear_the_walls_and_the_scores_show_it():
+    config = ExperimentConfig(
+        seed=11,
+        pose="odometry",
+        drift_scale=3.0,
+        building=BuildingConfig("apartment", size_m=SMALL["apartment"]),
+        time_limit_s=120.0,
+    )
+    summary = summarise(run(prepare(config)))
+    assert summary.ate_m > 0.02
+    assert summary.drift_per_m > 0.001
+    assert summary.wall_error_m["p95"] > 0.05
