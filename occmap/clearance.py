@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from occmap.grid import OccupancyGrid
+from occmap.grid import Belief, OccupancyGrid
 from occmap.mapper import GridChange
 
 
@@ -47,15 +47,7 @@ class ClearanceMap:
         if change.grew or self.distance_m.shape != grid.shape:
             self.rebuild(grid)
         elif len(change.flat_cells):
-            self._kernels.take_flips(
-                change.flat_cells,
-                change.was,
-                grid.state,
-                self._column,
-                self.distance_m,
-                self._by_squares,
-                self._disc,
-            )
+            self._take_flips(change.flat_cells, change.was, grid)
 
     def rebuild(self, grid: OccupancyGrid) -> None:
         """Start afresh from the grid as it is."""
@@ -66,20 +58,16 @@ class ClearanceMap:
         self._disc = self._by_squares[np.minimum(squares, len(self._by_squares) - 1)]
         self._column = np.full(grid.shape, radius, np.uint8)
         self.distance_m = np.full(grid.shape, self.config.truncate_m, np.float32)
-        occupied = np.flatnonzero(grid.state == 2).astype(np.int32)
-        self._kernels.take_flips(
-            occupied,
-            np.zeros(len(occupied), np.uint8),
-            grid.state,
-            self._column,
-            self.distance_m,
-            self._by_squares,
-            self._disc,
-        )
+        occupied = np.flatnonzero(grid.state == Belief.OCCUPIED).astype(np.int32)
+        self._take_flips(occupied, np.zeros(len(occupied), np.uint8), grid)
+
+    def _take_flips(self, flat_cells: NDArray[np.int32], was: NDArray[np.uint8], grid: OccupancyGrid) -> None:
+        layers = self._column, self.distance_m
+        self._kernels.take_flips(flat_cells, was, grid.state, *layers, self._by_squares, self._disc)
 
 
 def distance_by_squares(truncate_m: float, resolution_m: float) -> NDArray[np.float32]:
-    """(k,) clearance in metres at 0, 1, 2, ... squared cells; the last entry, truncate_m, stands for all beyond."""
+    """(k,) clearance in metres at 0, 1, 2, ... squared cells; the last, truncate_m, is for all beyond."""
     radius = math.ceil(truncate_m / resolution_m + 0.5)
     if radius > 255:
         raise ValueError(f"truncate_m of {truncate_m} is more than 254 cells of {resolution_m} m: lower it")

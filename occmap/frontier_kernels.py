@@ -116,8 +116,7 @@ def halve(mask, cells, room):
     Each half holds the cells nearer to its end along the set, so each is connected. Returns where
     the second half begins. O(cells).
     """
-    nx, n = mask.shape[1], cells.shape[0]
-    flat = mask.reshape(-1)
+    n, flat = cells.shape[0], mask.reshape(-1)
     room[0] = cells[0]
     flat[room[0]] = ECHOED
     end = room[flood(mask, 0, 1, room, FLOODED, ECHOED) - 1]

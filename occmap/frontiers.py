@@ -14,7 +14,7 @@ from occmap.mapper import GridChange
 
 @dataclass(frozen=True, slots=True)
 class Frontier:
-    """A connected edge of the unknown; its cells are free. The centroid may lie anywhere: never drive to it."""
+    """A connected edge of the unknown. Its cells are free; its centroid may lie in a wall."""
 
     cells: Cells  # (n, 2) in the grid's frame of when it was found
     centroid_in_map: tuple[float, float]
@@ -56,9 +56,8 @@ class FrontierMap:
         if change.grew or self.mask.shape != grid.shape:
             self.rebuild(grid)
         elif len(change.flat_cells):
-            fresh = self._kernels.update_mask(
-                change.flat_cells, grid.state, self.mask, self.config.ignore_rim
-            )
+            ignore_rim = self.config.ignore_rim
+            fresh = self._kernels.update_mask(change.flat_cells, grid.state, self.mask, ignore_rim)
             self._listed = np.concatenate((self._listed, fresh))
 
     def rebuild(self, grid: OccupancyGrid) -> None:

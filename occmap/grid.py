@@ -58,14 +58,14 @@ class GridFrame:
 
     def in_cells(self, points: Points) -> Points:
         """(n, 2) metres -> (n, 2) the same places in units of cells, from the corner of cell (0, 0)."""
-        return (points - np.asarray(self.origin_m)) / self.resolution_m + BORDER
+        return np.divide(points - np.asarray(self.origin_m), self.resolution_m) + BORDER
 
     def cell_from_map(self, points: Points) -> Cells:
         """(n, 2) metres -> (n, 2) cells (ix, iy). Floors, also left of the origin."""
         return np.floor(self.in_cells(points)).astype(np.int64)
 
-    def map_from_cell(self, cells: Cells) -> Points:
-        """(n, 2) cells (ix, iy) -> (n, 2) metres, the cells' centres."""
+    def map_from_cell(self, cells: Cells | Points) -> Points:
+        """(n, 2) cells (ix, iy), also between cells -> (n, 2) metres, the cells' centres."""
         return (np.asarray(cells) + 0.5) * self.resolution_m + np.asarray(self.origin_m)
 
     def cell_at(self, x_m: float, y_m: float) -> tuple[int, int]:
@@ -81,6 +81,11 @@ class GridFrame:
             (ix + 0.5) * self.resolution_m + self.origin_m[0],
             (iy + 0.5) * self.resolution_m + self.origin_m[1],
         )
+
+
+def log_odds(probability: float) -> float:
+    """log(p / (1 - p))."""
+    return math.log(probability / (1.0 - probability))
 
 
 @dataclass(frozen=True)
@@ -111,13 +116,10 @@ class GridConfig:
             raise ValueError(
                 f"a cell never seen must be unknown, but prior {self.prior} is outside the thresholds"
             )
-        if not self.clamp > 0.0:
-            raise ValueError(f"clamp must be positive, got {self.clamp}")
-
-
-def log_odds(probability: float) -> float:
-    """log(p / (1 - p))."""
-    return math.log(probability / (1.0 - probability))
+        if not self.clamp > max(log_odds(self.occupied_above), -log_odds(self.free_below)):
+            raise ValueError(
+                f"clamp {self.clamp} keeps every cell within the thresholds: nothing is ever known"
+            )
 
 
 class OccupancyGrid:
@@ -158,7 +160,7 @@ class OccupancyGrid:
 
     def probability(self) -> NDArray[np.float32]:
         """(ny, nx) P(occupied)."""
-        return 1.0 / (1.0 + np.exp(-self.log_odds))
+        return (1.0 / (1.0 + np.exp(-self.log_odds))).astype(np.float32, copy=False)
 
     def grow_to_contain(self, low_m: tuple[float, float], high_m: tuple[float, float]) -> bool:
         """Make room for the box from low_m to high_m (map frame); True if the arrays moved.

@@ -40,7 +40,7 @@ class NavMap:
 
 
 def save_map(path_stem: str | Path, state: NDArray[np.uint8], resolution_m: float, origin: Pose2) -> Path:
-    """Write `path_stem`.yaml and `path_stem`.pgm, trinary; origin to the last digit. Returns the YAML's path."""
+    """Write `path_stem`.yaml and .pgm, trinary, the origin to the last digit. Returns the YAML's path."""
     stem = Path(path_stem)
     image, description = Path(f"{stem}.pgm"), Path(f"{stem}.yaml")
     write_pgm(image, SHADES[state[::-1]])

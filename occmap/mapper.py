@@ -66,9 +66,10 @@ class Mapper:
     """Turns ranges into votes and votes into belief; keeps grid.state in step with grid.log_odds."""
 
     def __init__(self, config: SensorModelConfig | None = None) -> None:
-        from occmap import mapper_kernels  # compiled on first use, not on import
+        from occmap import beam_kernels, mapper_kernels  # compiled on first use, not on import
 
         self.config = config or SensorModelConfig()
+        self._beam_kernels = beam_kernels
         self._kernels = mapper_kernels
         self._window = np.zeros(0, np.uint16)
         self._flips = np.empty(0, np.int32)
@@ -99,7 +100,7 @@ class Mapper:
         return GridChange(grew, self._flips[:n].copy(), self._was[:n].copy(), grid.state)
 
     def _beams_in_map(self, scan: Scan, map_from_lidar: Pose2, resolution_m: float):
-        """Sensor and beam ends (1 + n, 2) in metres, which ends are hits (n,), and a box that holds all votes."""
+        """Sensor and beam ends (1 + n, 2) in metres, which ends are hits (n,), and a box around all votes."""
         if len(scan.ranges_m) > MAX_BEAMS:
             raise ValueError(f"a scan may have at most {MAX_BEAMS} beams, got {len(scan.ranges_m)}")
         reach_m = min(scan.max_range_m, self.config.usable_range_m)
@@ -107,7 +108,7 @@ class Mapper:
         if (bearings_rad[1:] < bearings_rad[:-1]).any():  # neighbours must be neighbours
             order = np.argsort(bearings_rad, kind="stable")
             bearings_rad, ranges_m = bearings_rad[order], ranges_m[order]
-        points, hit, (low_x, low_y, high_x, high_y) = self._kernels.beam_ends(
+        points, hit, (low_x, low_y, high_x, high_y) = self._beam_kernels.beam_ends(
             bearings_rad,
             ranges_m,
             scan.min_range_m,

@@ -76,6 +76,11 @@ def test_a_resolution_that_is_no_length_is_refused(resolution_m: float):
         GridConfig(resolution_m=resolution_m)
 
 
+def test_a_clamp_within_the_thresholds_is_refused():
+    with pytest.raises(ValueError, match=r"clamp 0\.5"):
+        GridConfig(clamp=0.5)
+
+
 def test_a_prior_outside_the_unknown_band_is_refused():
     with pytest.raises(ValueError, match="prior"):
         GridConfig(prior=0.8)

@@ -117,7 +117,7 @@ def test_a_missing_image_names_all_places_that_were_tried(tmp_path: Path):
 def test_a_file_that_is_no_map_is_refused(tmp_path: Path, text: str):
     path = tmp_path / "plan.yaml"
     path.write_text(text)
-    with pytest.raises(ValueError, match="plan.yaml"):
+    with pytest.raises(ValueError, match=r"plan\.yaml"):
         load_map(path)
 
 
@@ -127,5 +127,5 @@ def test_a_file_that_is_no_map_is_refused(tmp_path: Path, text: str):
 def test_a_broken_image_is_refused_by_name(tmp_path: Path, image: bytes):
     path = write(tmp_path, [[254]])
     (tmp_path / "plan.pgm").write_bytes(image)
-    with pytest.raises(ValueError, match="plan.pgm"):
+    with pytest.raises(ValueError, match=r"plan\.pgm"):
         load_map(path)

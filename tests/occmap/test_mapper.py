@@ -155,7 +155,9 @@ def test_the_kernel_equals_its_twin_and_reports_every_change(one_vote: bool):
     grid.grow_to_contain((-7.0, -7.0), (7.0, 7.0))
     for _ in range(25):
         scan, pose = random_scan(rng), random_pose(rng)
-        expected = belief_twin(grid.log_odds.astype(float), *votes_twin(without_lone_no_returns(scan), pose, grid), one_vote)
+        expected = belief_twin(
+            grid.log_odds.astype(float), *votes_twin(without_lone_no_returns(scan), pose, grid), one_vote
+        )
         before = grid.state.copy()
         change = mapper.insert(scan, pose, grid)
         assert not change.grew

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from occmap.mapper_kernels import count_ray
 from occmap.rays import ray_cells
+from occmap.vote_kernels import count_ray
 
 CELL = st.integers(-60, 60)
 
