@@ -1,0 +1,170 @@
+"""A recorded log through a localizer, and the map that its trajectory makes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Protocol
+
+import numpy as np
+
+from experiments.logs.log import RecordedLog
+from experiments.replay_localizers import MotionFilter, PoseSource, ReplayLocalizer, make_localizer
+from experiments.tum_file import Trajectory
+from occmap.geometry import Pose2
+from occmap.grid import GridConfig, OccupancyGrid
+from occmap.localization import Estimate
+from occmap.mapper import Mapper
+from occmap.scan import Observation, Scan
+from occmap.sensor_model import SensorModelConfig
+from occmap.stopwatch import Stopwatch
+
+WARM_UP_SCANS = 1000
+"""Enough to have driven some metres in most logs, few enough to take a second."""
+
+
+@dataclass(frozen=True)
+class ReplayConfig:
+    """How a log is mapped; the defaults are for all logs."""
+
+    pose: PoseSource = "slam"
+    """slam: odometry corrected against the map. odometry: where the wheels say, drift and all."""
+    no_return_frees_m: float | None = None
+    """A beam that met nothing frees so many metres. By default none: in logs it may as well be glass."""
+    map: GridConfig = field(default_factory=GridConfig)
+
+    def __post_init__(self) -> None:
+        free_m = self.no_return_frees_m
+        if free_m is not None and not 0.0 < free_m < math.inf:
+            raise ValueError(f"no_return_frees_m must be positive, got {free_m}")
+
+
+@dataclass(frozen=True)
+class ReplayStep:
+    """One scan of the log, and where the robot was taken to be when it came in."""
+
+    observation: Observation
+    estimate: Estimate
+
+
+@dataclass(frozen=True)
+class Replayed:
+    """All that is left of a log when it has been mapped."""
+
+    log: RecordedLog
+    robot: Trajectory
+    """map_from_robot at every scan's own stamp, as known in the end; shorter than the log if interrupted."""
+    grid: OccupancyGrid
+    stopwatch: Stopwatch
+
+    @property
+    def laser(self) -> Trajectory:
+        """map_from_lidar at every scan's own stamp: what the relations benchmark scores."""
+        return self.robot.of_mounted(
+            [seen.robot_from_lidar for seen in self.log.observations[: len(self.robot)]]
+        )
+
+
+class ReplayRecorder(Protocol):
+    """Watches a replay, and never influences it."""
+
+    def record(self, step: ReplayStep) -> None: ...
+
+    def finish(self, robot: Trajectory, grid: OccupancyGrid) -> None:
+        """See what it all came to: the final trajectory and map."""
+        ...
+
+    def close(self) -> None:
+        """Called once, also when the replay was cut short."""
+        ...
+
+
+def replay(
+    log: RecordedLog,
+    config: ReplayConfig,
+    recorders: Sequence[ReplayRecorder] = (),
+    stop: Callable[[], bool] = lambda: False,
+) -> Replayed:
+    """Live through the whole log, or until `stop` says so between two scans; then settle and draw the map."""
+    sensor, stopwatch = SensorModelConfig(), Stopwatch()
+    try:
+        with stopwatch.lap("warm_up"):
+            warm_up(log.observations, config, sensor)
+        localizer = make_localizer(config.pose, config.map, sensor)
+        for step in live(log.observations, localizer, stopwatch):
+            with stopwatch.lap("recording"):
+                for recorder in recorders:
+                    recorder.record(step)
+            if stop():
+                break
+        with stopwatch.lap("settling"):
+            localizer.finish()
+        times_s, poses = zip(*localizer.trajectory(), strict=True)
+        robot = Trajectory.of(list(times_s), list(poses))
+        with stopwatch.lap("map"):
+            grid = localizer.map()
+            if config.no_return_frees_m is not None:
+                free_no_returns(grid, log.observations[: len(robot)], robot, config.no_return_frees_m, sensor)
+        for recorder in recorders:
+            recorder.finish(robot, grid)
+    finally:
+        for recorder in recorders:
+            recorder.close()
+    return Replayed(log, robot, grid, stopwatch)
+
+
+def live(
+    observations: Iterable[Observation], localizer: ReplayLocalizer, stopwatch: Stopwatch
+) -> Iterator[ReplayStep]:
+    """Every scan in turn, as a robot would live through it; each update is a lap of "localization"."""
+    for recorded in observations:
+        seen = replace(recorded, scan=hits_alone(recorded.scan))
+        with stopwatch.lap("localization"):
+            estimate = localizer.update(seen)
+        yield ReplayStep(seen, estimate)
+
+
+def warm_up(observations: Sequence[Observation], config: ReplayConfig, sensor: SensorModelConfig) -> None:
+    """Drive the log's first metres there and back, so that all kernels are loaded before the clock runs.
+
+    Back over known ground, because that is where loops are closed.
+    """
+    motion = MotionFilter(every_m=0.1, every_rad=0.1)
+    first = observations[:WARM_UP_SCANS]
+    there = [seen for seen in first if motion.is_due(seen.odom_from_robot)]
+    if len(there) < 2:  # no odometry, or none that moves
+        there = first[:100]
+    end_s = there[-1].time_s
+    back = [replace(seen, time_s=2.0 * end_s - seen.time_s) for seen in reversed(there[:-1])]
+    localizer = make_localizer(config.pose, config.map, sensor)
+    for _ in live([*there, *back], localizer, Stopwatch()):
+        pass
+    localizer.finish()
+    localizer.map()
+
+
+def hits_alone(scan: Scan) -> Scan:
+    """The scan without its no-returns: in a log they may be glass, coal or sky, and free nothing."""
+    return replace(scan, ranges_m=np.where(np.isinf(scan.ranges_m), np.nan, scan.ranges_m))
+
+
+def no_returns_alone(scan: Scan, free_m: float) -> Scan:
+    """The scan's no-returns, each taken to be free so far; its hits say nothing."""
+    ranges = np.where(np.isinf(scan.ranges_m), np.inf, np.nan)
+    return Scan(scan.bearings_rad, ranges, free_m, beam_times_s=scan.beam_times_s)
+
+
+def free_no_returns(
+    grid: OccupancyGrid,
+    observations: Sequence[Observation],
+    robot: Trajectory,
+    free_m: float,
+    sensor: SensorModelConfig,
+) -> None:
+    """Spend the no-returns of a log on a map, each taken to be free so far."""
+    mapper, motion = Mapper(sensor), MotionFilter()
+    for seen, row in zip(observations, robot.poses.tolist(), strict=True):
+        map_from_robot = Pose2(*row)
+        if motion.is_due(map_from_robot):
+            mapper.insert(no_returns_alone(seen.scan, free_m), map_from_robot @ seen.robot_from_lidar, grid)
