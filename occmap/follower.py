@@ -38,6 +38,12 @@ class FollowerConfig:
     """Past things this close the robot drives at slow speed,"""
     roomy_margin_m: float = 0.18
     """and from here on as fast as it can."""
+    tight_margin_m: float = 0.10
+    """Less room than this on the way is a gap to be lined up with before it is driven into."""
+    retreat_m: float = 0.25
+    """So far the robot backs out of a place where it cannot get on, to try again from there."""
+    patience_s: float = 1.5
+    """So long it looks again first: the next scan may see better."""
     nearest_aim_m: float = 0.25
     """Shortest look-ahead."""
     farthest_aim_m: float = 0.60
@@ -95,7 +101,10 @@ class Follower:
         self._path: Path | None = None
         self._progress_m = 0.0
         self._is_turning = False
+        self._farthest_m = 0.0
         self._held_up_s = 0.0
+        self._waited_s = 0.0
+        self._retreat_m = 0.0
         self._way = np.empty((AHEAD, 2))
         self._left, self._right, self._around = np.empty(AHEAD), np.empty(AHEAD), np.empty(AHEAD)
         self._hits = np.empty((0, 2))
@@ -128,12 +137,15 @@ class Follower:
     def _place(self, path: Path, map_from_robot: Pose2) -> float:
         """Find the robot on the path, not far from where it was; metres beside it."""
         if path is not self._path:
-            self._path, self._progress_m, self._is_turning, self._held_up_s = path, 0.0, False, 0.0
+            self._path, self._is_turning = path, False
+            self._progress_m = self._farthest_m = self._held_up_s = self._waited_s = self._retreat_m = 0.0
         at_m, off_m = self._kernels.place_on_path(
             path.waypoints_in_map, path.stations_m, map_from_robot.x_m, map_from_robot.y_m,
             self._progress_m - 0.3, self._progress_m + 1.0,
         )  # fmt: skip
         self._progress_m = at_m
+        if at_m > self._farthest_m + 0.02:
+            self._farthest_m, self._held_up_s, self._waited_s = at_m, 0.0, 0.0
         return off_m
 
     def _look(
@@ -173,6 +185,8 @@ class Follower:
             way, n_way, self._around, SPACING_M, c.max_speed_mps, c.slow_speed_mps,
             c.body_radius_m + c.near_margin_m, roomy_m, 0.8 * c.max_turn_radps, c.braking_mps2,
         )  # fmt: skip
+        aligned = k.alignment(way, n_way, self._around, c.body_radius_m + c.tight_margin_m, 14)
+        limit_mps = min(limit_mps, c.slow_speed_mps + (c.max_speed_mps - c.slow_speed_mps) * aligned)
         farthest_m = min(max(1.2 * abs(twist.linear_mps), c.nearest_aim_m), c.farthest_aim_m)
         need_m = min(c.body_radius_m + 0.06, float(self._around[: min(n_way, 12)].min()) - 0.01)
         j = k.farthest_aim(way, n_way, self._hits, n_hits, SPACING_M, c.nearest_aim_m, farthest_m, need_m)
@@ -181,10 +195,12 @@ class Follower:
     def _steer(
         self, aim: tuple[float, float], limit_mps: float, twist: Twist2, may_reverse: bool, n_hits: int
     ) -> Twist2:
-        """Drive the arc through the aim if it is free, slower if that helps; else turn towards it."""
+        """Drive the arc through the aim if it is free, slower if that helps; else find a way around what bars it."""
         c = self.config
         x, y = aim
         bearing = math.atan2(y, x)
+        if self._retreat_m > 0.0:
+            return self._retreat(twist, bearing, n_hits)
         direction = -1.0 if may_reverse and abs(bearing) > 2.0 else 1.0
         error = bearing if direction > 0.0 else wrap_angle(bearing - math.pi)
         self._is_turning = abs(error) > (c.turn_until_rad if self._is_turning else c.turn_from_rad)
@@ -198,23 +214,35 @@ class Follower:
             v = direction * top * share
             w = min(max(v * curvature, -c.max_turn_radps), c.max_turn_radps)
             if self._is_free(twist, v, w, n_hits):
-                self._held_up_s = 0.0
                 return Twist2(v, w)
-        return self._evade(bearing, n_hits, twist)
+        return self._evade(twist, bearing, n_hits)
 
-    def _evade(self, bearing: float, n_hits: int, twist: Twist2) -> Twist2:
-        """The arc to the aim is barred: go slowly in the free direction nearest to it, or wait."""
+    def _evade(self, twist: Twist2, bearing: float, n_hits: int) -> Twist2:
+        """The arc to the aim is barred: go slowly in the free direction nearest to it, or back out."""
         c = self.config
         self._held_up_s += c.period_s
+        self._waited_s += c.period_s
         safe_m = c.body_radius_m + c.safe_margin_m
-        free = self._kernels.free_bearing(bearing, 1.5, 0.15, self._hits, n_hits, safe_m)
+        free = self._kernels.free_bearing(bearing, 1.5, 0.1, self._hits, n_hits, safe_m)
         if math.isnan(free):
-            return self._turn(bearing)
+            if self._waited_s >= c.patience_s:
+                self._retreat_m, self._waited_s = c.retreat_m, 0.0
+            return Twist2.zero()
         error = wrap_angle(free)
         if abs(error) > 0.1:
             return self._turn(error)
         is_free = self._is_free(twist, c.slow_speed_mps, 0.0, n_hits)
         return Twist2(c.slow_speed_mps if is_free else 0.0, 0.0)
+
+    def _retreat(self, twist: Twist2, bearing: float, n_hits: int) -> Twist2:
+        """Back out the way the robot came, as far as that is free; then try again."""
+        c = self.config
+        self._held_up_s += c.period_s
+        self._retreat_m -= c.slow_speed_mps * c.period_s
+        if self._is_free(twist, -c.slow_speed_mps, 0.0, n_hits):
+            return Twist2(-c.slow_speed_mps, 0.0)
+        self._retreat_m = 0.0
+        return self._turn(bearing)
 
     def _turn(self, error: float) -> Twist2:
         """Turn in place by an angle, as fast as it can be ended in time."""
