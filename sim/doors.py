@@ -31,11 +31,6 @@ class ClosingDoors:
         """Whether every panel is all the way up."""
         return bool(np.all(self.height_m >= self._panels.height_m))
 
-    @property
-    def sunk_m(self) -> Floats:
-        """(n,) how much of each panel is still below the floor."""
-        return self._panels.height_m - self.height_m
-
     def advance(self, dt_s: float, x_m: float, y_m: float, body_radius_m: float) -> None:
         """Raise what may rise, with the robot's body standing at a place."""
         in_the_way = self._panels.distance_m(x_m, y_m) < body_radius_m + self._keep_off_m

@@ -83,13 +83,10 @@ class _Sector:
         filling."""
         turned = nearby.near.turned(-self._middle_rad)
         x_m, y_m = self._turned(*nearby.found_at)
-        edge_x, edge_y = self._edge
-        inside = [
-            turned.farthest_along(edge_y, side * edge_x) - (edge_y * x_m + side * edge_x * y_m)
-            > -nearby.refill_m
-            for side in (-1.0, 1.0)
-        ]
-        return turned.take(np.flatnonzero(inside[0] & inside[1]))
+        c, s = self._edge
+        left = turned.farthest_along(s, -c) - (s * x_m - c * y_m) > -nearby.refill_m
+        right = turned.farthest_along(s, c) - (s * x_m + c * y_m) > -nearby.refill_m
+        return turned.take(np.flatnonzero(left & right))
 
 
 def _level(angles_rad: Floats) -> Floats:

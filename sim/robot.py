@@ -54,6 +54,8 @@ class Truth:
     clearance_m: float
     """From the body to the nearest solid; at most 5 m; slightly negative while pressed on one."""
     path_length_m: float
+    door_heights_m: tuple[float, ...] = ()
+    """How far each closing door stands out of the floor."""
 
 
 class Robot:
@@ -107,6 +109,7 @@ class Robot:
             collision_duration_s=world.collisions.duration_s,
             clearance_m=world.clearance_m(),
             path_length_m=self._path_length_m,
+            door_heights_m=tuple(world.doors.height_m.tolist()),
         )
 
     def _limited(self, twist: Twist2) -> Twist2:

@@ -117,7 +117,7 @@ class World:
             return
         here = self.world_from_robot
         self.doors.advance(dt_s, here.x_m, here.y_m, self.body_radius_m)
-        self.data.mocap_pos[:, 2] = -self.doors.sunk_m
+        self.data.mocap_pos[:, 2] = self.doors.height_m
 
     def _check(self) -> None:
         state = self.data.qpos.tolist()
@@ -146,9 +146,11 @@ def _dimensions(model: mujoco.MjModel) -> tuple[float, float, float]:
 
 
 def _compile(building: Building, closing: Sequence[Door]) -> mujoco.MjModel:
+    """The building with the panels that will close, each a mocap body whose height is the panel's top."""
     spec = building_scene(building)
     for number, door in enumerate(closing):
-        panel = replace(door.panel, kind="door")
-        body = spec.worldbody.add_body(name=f"door_{number}", mocap=True, pos=[0.0, 0.0, -panel.height_m])
-        add_solid(body, panel)
+        body = spec.worldbody.add_body(name=f"door_{number}", mocap=True)
+        geom = add_solid(body, replace(door.panel, kind="door"))
+        # A centimetre lower, so that a panel that is down lies under the floor and not in it.
+        geom.pos = [door.panel.x_m, door.panel.y_m, -0.5 * door.panel.height_m - 0.01]
     return spec.compile()
