@@ -62,7 +62,7 @@ def read_image(path: Path) -> NDArray[np.float64]:
     import imageio.v3 as iio
 
     try:
-        pixels = np.asarray(iio.imread(path))
+        pixels = np.asarray(iio.imread(path, plugin="pillow"))
     except Exception as error:  # each decoder has its own kinds of errors
         raise ValueError(f"{path} is not an image that can be read: {error}") from error
     white = {"b": 1.0, "u": float(np.iinfo(pixels.dtype).max) if pixels.dtype.kind == "u" else 1.0}

@@ -50,9 +50,8 @@ def load_plan(
             raise ValueError(f"{path} is an image: say how many metres a pixel is wide (resolution)")
         image_path, meta = path, MapMeta(resolution_m)
     else:
-        raise ValueError(
-            f"{path} is no plan: give an MJCF .xml, a Nav2 .yaml or an image ({', '.join(IMAGE_SUFFIXES)})"
-        )
+        kinds = ", ".join((".xml (MJCF)", ".yaml (Nav2)", *IMAGE_SUFFIXES))
+        raise ValueError(f"{path} is not a plan: give one of {kinds}")
     building = building_of(free_cells(read_image(image_path), meta), meta, path)
     return placed(building, start, meta.resolution_m, rng)
 

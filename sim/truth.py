@@ -43,6 +43,8 @@ def grown(mask: Mask) -> Mask:
 
 def clearance_m(wall: Mask, resolution_m: float) -> NDArray[np.float64]:
     """From each cell's centre to the nearest wall cell's, less half a cell, as the robot's own map has it."""
+    if not wall.any():
+        return np.full(wall.shape, math.inf)
     return np.asarray(ndimage.distance_transform_edt(~wall)) * resolution_m - 0.5 * resolution_m
 
 

@@ -19,10 +19,10 @@ DEFAULT_SIZE_M: dict[str, tuple[float, float]] = {
     "hall": (30.0, 20.0),
 }
 LEAST_SIZE_M: dict[str, tuple[float, float]] = {
-    "office": (12.0, 10.0),
-    "apartment": (10.0, 8.0),
+    "office": (7.0, 6.0),
+    "apartment": (9.0, 7.0),
     "maze": (4.0, 4.0),
-    "hall": (12.0, 10.0),
+    "hall": (11.0, 10.0),
 }
 LARGEST_M = 300.0
 ATTEMPTS = 60

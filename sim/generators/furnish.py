@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sim.building import Bounds, Box, Solid
 from sim.generators import furniture as f
 from sim.generators.spaces import DOOR_M, Opening, Space
 
+Rectangles = NDArray[np.float64]
+"""(n, 4) low x, low y, high x, high y in metres."""
+
 GAP_M = 0.7
 """Two things either touch or leave this much: a gap is plainly passable or plainly none."""
+TOUCH_M = 1e-6
 DOOR_DEPTH_M = 1.0
 """Floor kept clear on either side of a doorway."""
 COVER = (0.075, 0.115)
@@ -20,7 +25,8 @@ COVER = (0.075, 0.115)
 MOST_COVER = 0.145
 LEAST_COVER = 0.055
 FIRST_ATTEMPTS = 30
-ATTEMPTS = 150
+ATTEMPTS = 80
+ROOM_ATTEMPTS = 10
 
 
 @dataclass(frozen=True)
@@ -59,9 +65,9 @@ class Furnishing:
     """One room being furnished: what stands already, and what must stay clear."""
 
     floor: Bounds
-    keep_clear: list[Bounds]
-    standing: list[Bounds]
-    solids: list[Solid]
+    keep_clear: Rectangles  # before and behind doors
+    standing: Rectangles = field(default_factory=lambda: np.empty((0, 4)))  # around each piece
+    solids: list[Solid] = field(default_factory=list)
     covered_m2: float = 0.0
 
     @property
@@ -81,11 +87,12 @@ class Furnishing:
         bounds = (low[0], low[1], low[0] + size[0], low[1] + size[1])
         if self.covered_m2 + piece.area_m2() > MOST_COVER * self.area_m2:
             return False
-        if any(_gap(bounds, other) < 0.0 for other in self.keep_clear):
+        gaps_m = _gaps(bounds, self.standing)
+        if (_gaps(bounds, self.keep_clear) < 0.0).any():
             return False
-        if any(not _is_fair(_gap(bounds, other)) for other in self.standing):
+        if not ((gaps_m >= GAP_M - TOUCH_M) | (np.abs(gaps_m) < TOUCH_M)).all():
             return False
-        self.standing.append(bounds)
+        self.standing = np.vstack((self.standing, bounds))
         self.covered_m2 += piece.area_m2()
         self.solids += [_turned(solid, piece, low, quarter_turns) for solid in piece.solids]
         return True
@@ -93,19 +100,26 @@ class Furnishing:
 
 def furnish(space: Space, openings: Sequence[Opening], rng: np.random.Generator) -> list[Solid]:
     """Furniture for a room of this kind; an empty list if it would not even cover LEAST_COVER."""
-    room = Furnishing(space.floor(), door_zones(space, openings), [], [])
-    target = rng.uniform(*COVER)
-    taste = TASTES[space.kind]
+    zones = door_zones(space, openings)
+    for _ in range(ROOM_ATTEMPTS):
+        room = Furnishing(space.floor(), zones)
+        fill(room, TASTES[space.kind], rng.uniform(*COVER), rng)
+        if room.cover >= LEAST_COVER:
+            return room.solids
+    return []
+
+
+def fill(room: Furnishing, taste: Taste, cover: float, rng: np.random.Generator) -> None:
+    """First what the room is for, then whatever else suits it until enough of the floor is covered."""
     for makers, place in ((taste.first_freely, add_freely), (taste.first_at_wall, add_along_wall)):
         any(place(room, maker(rng), rng) for maker in makers for _ in range(FIRST_ATTEMPTS))
     for _ in range(ATTEMPTS):
-        if room.cover >= target:
-            break
+        if room.cover >= cover:
+            return
         if taste.freely and rng.random() < 0.4:
             add_freely(room, one_of(taste.freely, rng), rng)
         else:
             add_along_wall(room, one_of(taste.at_walls, rng), rng)
-    return room.solids if room.cover >= LEAST_COVER else []
 
 
 def one_of(makers: Sequence[f.Maker], rng: np.random.Generator) -> f.Piece:
@@ -124,7 +138,8 @@ def add_along_wall(room: Furnishing, piece: f.Piece, rng: np.random.Generator) -
     along = [0.0, spare]
     if spare > 2.0 * GAP_M:
         along += [round(rng.uniform(GAP_M, spare - GAP_M), 2) for _ in range(2)]
-    for low_x, low_y, high_x, high_y in room.standing:
+    if len(room.standing):
+        low_x, low_y, high_x, high_y = room.standing[int(rng.integers(len(room.standing)))].tolist()
         a, b = (low_x - x0, high_x - x0) if side % 2 == 0 else (low_y - y0, high_y - y0)
         along += [b, a - piece.width_m]
     s = along[rng.integers(len(along))]
@@ -151,7 +166,7 @@ def add_freely(room: Furnishing, piece: f.Piece, rng: np.random.Generator) -> bo
     return room.add(piece, (max(low[0], x0 + GAP_M), max(low[1], y0 + GAP_M)), turns)
 
 
-def door_zones(space: Space, openings: Sequence[Opening]) -> list[Bounds]:
+def door_zones(space: Space, openings: Sequence[Opening]) -> Rectangles:
     """The floor before and behind each doorway in this space's walls."""
     zones = []
     half = 0.5 * DOOR_M + 0.15
@@ -162,16 +177,14 @@ def door_zones(space: Space, openings: Sequence[Opening]) -> list[Bounds]:
             zones.append((middle - half, at - DOOR_DEPTH_M, middle + half, at + DOOR_DEPTH_M))
         if not opening.wall.is_along_x and at in (x0, x1) and y0 < middle < y1:
             zones.append((at - DOOR_DEPTH_M, middle - half, at + DOOR_DEPTH_M, middle + half))
-    return zones
+    return np.array(zones).reshape(-1, 4)
 
 
-def _gap(a: Bounds, b: Bounds) -> float:
-    """Metres between two rectangles along the axis that parts them most; negative if they overlap."""
-    return max(a[0] - b[2], b[0] - a[2], a[1] - b[3], b[1] - a[3])
-
-
-def _is_fair(gap_m: float) -> bool:
-    return gap_m >= GAP_M - 1e-6 or abs(gap_m) < 1e-6
+def _gaps(bounds: Bounds, others: Rectangles) -> NDArray[np.float64]:
+    """(n,) metres to other rectangles along the axis that parts them most; negative where they overlap."""
+    x0, y0, x1, y1 = bounds
+    apart = (x0 - others[:, 2], others[:, 0] - x1, y0 - others[:, 3], others[:, 1] - y1)
+    return np.maximum.reduce(apart)
 
 
 def _turned(solid: Solid, piece: f.Piece, low: tuple[float, float], quarter_turns: int) -> Solid:

@@ -54,7 +54,7 @@ def hall(size_m: Size, rng: np.random.Generator) -> Building | None:
 
 def fill_hall(space: Space, openings: Sequence[Opening], rng: np.random.Generator) -> list[Solid]:
     """Rows of shelves, columns on a grid, then goods until enough of the floor is covered."""
-    room = Furnishing(space.floor(), door_zones(space, openings), [], [])
+    room = Furnishing(space.floor(), door_zones(space, openings))
     target = rng.uniform(*COVER)
     rows = add_shelves(room, SHELF_SHARE * target, rng)
     add_columns(room, rows, rng)

@@ -90,6 +90,18 @@ def ladder(size_m: tuple[float, float], config: LadderConfig, rng: np.random.Gen
     return sketch
 
 
+def spine(size_m: tuple[float, float], config: LadderConfig, rng: np.random.Generator) -> Sketch:
+    """A floor too small for a ladder: one corridor along x, a row of rooms on either side, no loop."""
+    low, x_high, y_high = 0.5 * WALL_M, size_m[0] - 0.5 * WALL_M, size_m[1] - 0.5 * WALL_M
+    y0 = round(0.5 * (low + y_high - SMALL_CORRIDOR_M), 2)
+    y1 = round(y0 + SMALL_CORRIDOR_M, 2)
+    sketch = Sketch()
+    corridor = sketch.add(Space("corridor", low, y0, x_high, y1))
+    for row in ((low, y0), (y1, y_high)):
+        join_row(sketch, add_row(sketch, (low, x_high), row, config, rng), [corridor], config, rng)
+    return sketch
+
+
 def choose_bands(depth_m: float, corridor_m: float, config: LadderConfig, rng: np.random.Generator) -> Bands:
     """One of the divisions that give rows of a pleasant depth, or the one that comes nearest to it."""
     options = []

@@ -6,10 +6,12 @@ import numpy as np
 
 from sim.building import Building
 from sim.generators.floor import Size, furnished
-from sim.generators.ladder import LadderConfig, ladder
+from sim.generators.ladder import LadderConfig, ladder, spine
 from sim.generators.sketch import Sketch
 
 LEAST_ROOMS = 10
+LOOP_SIZE_M = (12.0, 10.0)
+"""A smaller floor has no space for a loop and so many rooms."""
 ROOMY_M2 = 24.0
 """Larger rooms are shared by many."""
 
@@ -18,9 +20,13 @@ def office(size_m: Size, rng: np.random.Generator) -> Building | None:
     """A furnished office floor; None if this draw did not work out."""
     width, height = size_m
     is_turned = height > width or (height >= 18.0 and rng.random() < 0.3)
-    sketch = ladder((height, width) if is_turned else size_m, LadderConfig(), rng)
-    if len(sketch.rooms()) < LEAST_ROOMS:
-        return None
+    long, short = (height, width) if is_turned else size_m
+    if long < LOOP_SIZE_M[0] or short < LOOP_SIZE_M[1]:
+        sketch = spine((long, short), LadderConfig(), rng)
+    else:
+        sketch = ladder((long, short), LadderConfig(), rng)
+        if len(sketch.rooms()) < LEAST_ROOMS:
+            return None
     assign_rooms(sketch, rng)
     return furnished("office", size_m, sketch.transposed() if is_turned else sketch, rng)
 
