@@ -63,7 +63,9 @@ def draw_explored(axes: Axes, samples: Sequence[Sample]) -> None:
     for percent, at in marks:
         mark(axes, at["seconds"], percent)
     notes = [f"{percent} % after {at['seconds']:.0f} s and {at['metres']:.0f} m" for percent, at in marks]
-    axes.text(0.97, 0.06, "\n".join(notes), transform=axes.transAxes, ha="right", va="bottom", fontsize=9)
+    paper = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85}
+    place = {"transform": axes.transAxes, "ha": "right", "va": "bottom"}
+    axes.text(0.97, 0.06, "\n".join(notes), fontsize=9, bbox=paper, **place)
 
 
 def draw_driven(axes: Axes, samples: Sequence[Sample]) -> None:

@@ -32,8 +32,11 @@ def lifted(points: Points, z_m: float) -> Points32:
 
 
 class MotionColumns:
-    """Collects steps until they are sent. At most `rays` beams of each are drawn as lines, every hit as a point;
-    beam ends are rounded to `quantum_m`, which makes the file half as large."""
+    """Collects steps until they are sent.
+
+    At most `rays` beams of each are drawn as lines, every hit as a point; beam ends are rounded to
+    `quantum_m`, which makes the file smaller.
+    """
 
     def __init__(self, rays: int, quantum_m: float) -> None:
         self._rays = rays
@@ -77,7 +80,7 @@ class MotionColumns:
             rec.send_columns(f"world/map/beams/{name}", [times], column)
 
     def _beams(self, step: Step) -> tuple[Points32, Points32, Points32]:
-        """(h, 3) end points of all hits; (k, 2, 3) rays that hit; (m, 2, 3) rays that met nothing. Map frame."""
+        """(h, 3) end points of hits; (k, 2, 3) rays that hit; (m, 2, 3) that met nothing. Map frame."""
         seen, scan = step.observation, step.observation.scan
         map_from_lidar = step.decision.map_from_robot @ seen.robot_from_lidar
         hit, far = scan.is_hit, np.isposinf(scan.ranges_m)

@@ -50,11 +50,10 @@ class TopView:
         """A fine picture of a belief: each pixel shows the cell that its centre lies in."""
         lattice_x, lattice_y = self._cells_of_pixels(world_from_map, belief.resolution_m)
         ny, nx = belief.shape
-        ix, iy = lattice_x - belief.offset[0], lattice_y - belief.offset[1]
-        inside = (ix >= 0) & (ix < nx) & (iy >= 0) & (iy < ny)
-        shown = np.zeros(inside.shape, np.uint8)
-        shown[inside] = belief.state().ravel()[(iy * nx + ix)[inside]]
-        picture = Image.fromarray(shown)
+        framed = np.pad(belief.state(), 1)  # a rim of the unknown, to which all that lies outside is clipped
+        ix = np.clip(lattice_x - (belief.offset[0] - 1), 0, nx + 1)
+        iy = np.clip(lattice_y - (belief.offset[1] - 1), 0, ny + 1)
+        picture = Image.fromarray(framed.ravel().take(iy * (nx + 2) + ix))
         picture.putpalette(INDEX_OF_BELIEF)
         return picture.convert("RGB")
 

@@ -93,12 +93,13 @@ class VideoRecorder:
         panel_px = self._panel_px()
         view = TopView(self._building, panel_px)
         camera = self._open_camera(panel_px) if self._open_camera else drawn_camera(self._building, panel_px)
+        page = blank_page(panel_px)
         fps, shots = self.config.frames_per_s, self._log.snapshots
         repeats = max(1, math.ceil(self.config.shortest_s * fps / len(shots)))
         for shot in shots:
             trail = self._log.trail(shot)
             belief = draw_snapshot(view, shot, trail, self._world_from_map)
-            frame = np.asarray(compose(belief, camera(shot), shot))
+            frame = np.asarray(compose(page, belief, camera(shot), shot))
             for _ in range(repeats + (round(self.config.pause_s * fps) if shot is shots[-1] else 0)):
                 yield frame
 
@@ -110,18 +111,23 @@ class VideoRecorder:
         return width // 2 * 2, round(height) // 2 * 2
 
 
-def compose(belief: Image.Image, world: Image.Image, shot: Snapshot) -> Image.Image:
-    """Both panels with words above and a legend below."""
-    width, height = belief.size
-    frame = Image.new("RGB", (2 * width + 3 * GAP_PX, HEADER_PX + height + FOOTER_PX), PAPER)
-    right = width + 2 * GAP_PX
+def blank_page(panel_px: tuple[int, int]) -> Image.Image:
+    """What is the same in every frame: titles above the two panels, a legend below."""
+    width, height = panel_px
+    page = Image.new("RGB", (2 * width + 3 * GAP_PX, HEADER_PX + height + FOOTER_PX), PAPER)
+    write(page, (GAP_PX + 2, HEADER_PX - 16), "what the robot believes", 16)
+    write(page, (width + 2 * GAP_PX + 2, HEADER_PX - 16), "the building as it is", 16)
+    draw_legend(page, GAP_PX + 2, HEADER_PX + height + FOOTER_PX / 2)
+    return page
+
+
+def compose(page: Image.Image, belief: Image.Image, world: Image.Image, shot: Snapshot) -> Image.Image:
+    """One frame: both panels, where the run stands and what the robot is doing."""
+    frame = page.copy()
     frame.paste(belief, (GAP_PX, HEADER_PX))
-    frame.paste(world, (right, HEADER_PX))
+    frame.paste(world, (belief.width + 2 * GAP_PX, HEADER_PX))
     write(frame, (GAP_PX + 2, 24), progress(shot), 24)
     draw_activity(frame, shot.activity)
-    write(frame, (GAP_PX + 2, HEADER_PX - 16), "what the robot believes", 16)
-    write(frame, (right + 2, HEADER_PX - 16), "the building as it is", 16)
-    draw_legend(frame, GAP_PX + 2, HEADER_PX + height + FOOTER_PX / 2)
     return frame
 
 

@@ -9,7 +9,7 @@ import pytest
 from experiments.recorders import palette
 from experiments.recorders.belief_tiles import ROS_FROM_BELIEF, BeliefTiles
 from experiments.recorders.frontiers import cells_in_map, chosen_frontier, frontier_colour
-from experiments.recorders.growth import GrowthPicture, evenly_grown
+from experiments.recorders.growth_picture import GrowthPicture, evenly_grown
 from experiments.recorders.snapshots import PackedBelief, SnapshotLog
 from experiments.recorders.top_view import OVERSAMPLING, TopView, outline
 from occmap.frontiers import Frontier

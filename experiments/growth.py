@@ -1,0 +1,63 @@
+"""A picture of a map growing, for a README.
+
+python -m experiments.growth --out growth.png --building.kind office --building.seed 3
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import tyro
+
+from experiments.config import ExperimentConfig
+
+if TYPE_CHECKING:
+    from experiments.curves import ScoreCurve
+    from experiments.recorders import Recorder
+
+
+@dataclass(frozen=True)
+class Growth:
+    """Explore a building and draw its map as it grew: a few panels (.png) or a loop (.gif)."""
+
+    out: Path = Path("growth.png")
+    """Where to put the picture; its suffix says which kind it is."""
+    panels: int = 6
+    """Of a .png, three in a row; the known area grows by equal steps from one to the next."""
+    panel_width_px: int = 400
+    """Its height follows the building's shape."""
+    experiment: Annotated[ExperimentConfig, tyro.conf.arg(name="")] = field(default_factory=ExperimentConfig)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Explore and draw; the exit status is that of the exploration, 2 for a user's mistake."""
+    said = tyro.cli(Growth, prog="python -m experiments.growth", args=arguments)
+    try:
+        return draw(said)
+    except (ValueError, OSError) as mistake:
+        print(f"error: {mistake}", file=sys.stderr)
+        return 2
+
+
+def draw(said: Growth) -> int:
+    from experiments.experiment import prepare
+    from experiments.recorders.growth_picture import GrowthPicture
+    from experiments.run import run
+
+    experiment = prepare(said.experiment.pinned())
+
+    def recorders(curve: ScoreCurve) -> list[Recorder]:
+        picture = GrowthPicture(
+            said.out, experiment.building, experiment.world_from_map, curve, said.panels, said.panel_width_px
+        )
+        return [picture]
+
+    return run(experiment, recorders).outcome.exit_status
+
+
+if __name__ == "__main__":
+    sys.exit(main())
