@@ -32,6 +32,8 @@ from occmap.scan import Observation, Scan
 
 FLASER_MAX_RANGE_M = 50.0
 """FLASER does not say how far its sensor reaches; codes for "no return" start here (50.0, 81.83, 81.91)."""
+NO_RETURN_SHARE = 0.998
+"""Of ROBOTLASER1's maximum range: SICK's error codes, 81.83 to 81.91, begin just short of its 81.92."""
 MIN_RANGE_M = 0.02
 """A range of zero is a fault, not an obstacle in the lens."""
 FLASER_STEP_DEG = {180: 1.0, 181: 1.0, 360: 0.5, 361: 0.5, 401: 0.25, 541: 0.5, 1081: 0.25}
@@ -52,7 +54,7 @@ class LaserMessage:
 
 def read_carmen(path: Path) -> RecordedLog:
     """All scans of a file, sorted by ipc timestamp (files are written in the order of arrival)."""
-    lasers: dict[str, list[LaserMessage]] = {"FLASER": [], "ROBOTLASER1": []}
+    lasers: dict[str, list[LaserMessage]] = {"ROBOTLASER1": [], "FLASER": []}
     odometry: list[tuple[float, Pose2]] = []
     skipped: list[Skipped] = []
     parameters: dict[str, str] = {}
@@ -74,7 +76,7 @@ def read_carmen(path: Path) -> RecordedLog:
         except (ValueError, IndexError) as error:
             reason = "cut short" if isinstance(error, IndexError) else str(error)
             skipped.append(Skipped(number, f"{words[0][:20]}: {reason}"))
-    messages = lasers["ROBOTLASER1"] or lasers["FLASER"]  # loggers that know both write every scan twice
+    messages = max(lasers.values(), key=len)  # not both: loggers that know both write every scan twice
     messages.sort(key=lambda message: message.time_s)
     return _recorded(messages, odometry, parameters, skipped)
 
@@ -135,11 +137,12 @@ def _flaser(words: list[str]) -> LaserMessage:
 def _robotlaser(words: list[str]) -> LaserMessage:
     start, fov, step, max_range_m = map(_finite, words[2:6])
     n = _beams(words[8])
-    ranges, remissions = _ranges(words[9 : 9 + n], n, max_range_m), int(words[9 + n])
+    ranges = _ranges(words[9 : 9 + n], n, NO_RETURN_SHARE * max_range_m)
+    remissions = int(words[9 + n])
     rest = words[10 + n + remissions :]
     if not max_range_m > MIN_RANGE_M:
         raise ValueError(f"a maximum range of {max_range_m} m")
-    if not step > 0.0:
+    if not 0.0 < step * (n - 1) <= 1.05 * fov:  # no step, or that of another number of beams
         step = fov / max(n - 1, 1)
     scan = Scan(_bearings(start, step, n), ranges, max_range_m, MIN_RANGE_M)
     return LaserMessage(_finite(rest[11]), scan, _pose(rest[0:3]), _pose(rest[3:6]))
@@ -160,12 +163,12 @@ def _bearings(start: float, step: float, n: int) -> NDArray[np.float64]:
     return bearings
 
 
-def _ranges(words: list[str], n: int, max_range_m: float) -> NDArray[np.float64]:
+def _ranges(words: list[str], n: int, no_return_m: float) -> NDArray[np.float64]:
     """(n,) metres; inf for a beam that met nothing."""
     if len(words) != n:
         raise ValueError(f"{n} beams announced, {len(words)} found")
     ranges = np.array(words, np.float64)
-    return np.where(ranges >= max_range_m, np.inf, ranges)
+    return np.where(ranges >= no_return_m, np.inf, ranges)
 
 
 def _pose(words: list[str]) -> Pose2:

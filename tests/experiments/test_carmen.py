@@ -86,6 +86,22 @@ def test_robotlaser_says_its_own_field_of_view_and_its_beams_may_change(tmp_path
     assert first.odom_from_robot == Pose2(1.0, 2.0, 0.5)
 
 
+def test_robotlaser_s_error_codes_are_no_returns(tmp_path: Path):
+    text = robotlaser("1 81.83 81.91 80.9", 1).replace(" 8.0 ", " 81.92 ")
+    ranges = read_carmen(written(tmp_path, text)).observations[0].scan.ranges_m
+    np.testing.assert_array_equal(ranges, [1, np.inf, np.inf, 80.9])
+
+
+def test_a_step_that_does_not_fit_the_number_of_beams_is_not_believed(tmp_path: Path):
+    bearings = read_carmen(written(tmp_path, robotlaser("1 " * 13, 1))).observations[0].scan.bearings_rad
+    assert (bearings[0], bearings[-1]) == pytest.approx((-1.5, 1.5))
+
+
+def test_of_scans_written_twice_one_kind_is_read(tmp_path: Path):
+    text = "".join(robotlaser("1 2", t) + flaser("1 2 3", "0 0 0", "0 0 0", t) for t in (1, 2))
+    assert [len(seen.scan.ranges_m) for seen in read_carmen(written(tmp_path, text)).observations] == [2, 2]
+
+
 def test_scans_are_sorted_by_their_own_stamps(tmp_path: Path):
     text = "".join(flaser("1 2", f"{t} 0 0", f"{t} 0 0", t) for t in (3.0, 1.0, 2.0))
     log = read_carmen(written(tmp_path, text))
