@@ -44,7 +44,7 @@ def mark(scene: mujoco.MjvScene, place_m: np.ndarray, radius_m: float) -> None:
         size=np.array([radius_m, 0.01, 0.0]),
         pos=np.array([place_m[0], place_m[1], height_m]),
         mat=np.eye(3).ravel(),
-        rgba=np.array([1.0, 0.45, 0.05, 1.0], dtype=np.float32),
+        rgba=np.array([0.0, 0.38, 1.0, 1.0], dtype=np.float32),
     )
     scene.ngeom += 1
 

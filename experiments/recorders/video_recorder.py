@@ -6,7 +6,7 @@ While the episode runs only snapshots are kept; the pictures are made when it ha
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
 from experiments.recorders import palette
+from experiments.recorders.camera import OpenCamera, rendering_camera
 from experiments.recorders.captions import PAPER, draw_legend, progress, write
 from experiments.recorders.snapshots import Snapshot, SnapshotLog
 from experiments.recorders.top_view import TopView, draw_snapshot
@@ -28,9 +29,6 @@ if TYPE_CHECKING:
 
 Rgb8 = NDArray[np.uint8]
 """(h, w, 3) a picture, row 0 at the top."""
-
-Camera = Callable[[Snapshot], Image.Image]
-"""Takes a picture of the true world at one instant, as large as a panel."""
 
 GAP_PX, HEADER_PX, FOOTER_PX = 8, 84, 40
 
@@ -69,14 +67,14 @@ class VideoRecorder:
         world_from_map: Pose2,
         curve: ScoreCurve,
         config: VideoConfig | None = None,
-        camera: Callable[[tuple[int, int]], Camera] | None = None,
+        open_camera: OpenCamera = rendering_camera,
     ) -> None:
         self.config = config or VideoConfig()
         self._path = path
         self._building = building
         self._world_from_map = world_from_map
         self._log = SnapshotLog(world_from_map, curve, self.config.snapshots)
-        self._open_camera = camera
+        self._open_camera = open_camera
 
     def record(self, step: Step) -> None:
         """Keep a snapshot now and then."""
@@ -92,16 +90,16 @@ class VideoRecorder:
         """Every picture of the film, the repeated ones too."""
         panel_px = self._panel_px()
         view = TopView(self._building, panel_px)
-        camera = self._open_camera(panel_px) if self._open_camera else drawn_camera(self._building, panel_px)
         page = blank_page(panel_px)
         fps, shots = self.config.frames_per_s, self._log.snapshots
         repeats = max(1, math.ceil(self.config.shortest_s * fps / len(shots)))
-        for shot in shots:
-            trail = self._log.trail(shot)
-            belief = draw_snapshot(view, shot, trail, self._world_from_map)
-            frame = np.asarray(compose(page, belief, camera(shot), shot))
-            for _ in range(repeats + (round(self.config.pause_s * fps) if shot is shots[-1] else 0)):
-                yield frame
+        with self._open_camera(self._building, panel_px) as camera:
+            for shot in shots:
+                trail = self._log.trail(shot)
+                belief = draw_snapshot(view, shot, trail, self._world_from_map)
+                frame = np.asarray(compose(page, belief, camera(shot), shot))
+                for _ in range(repeats + (round(self.config.pause_s * fps) if shot is shots[-1] else 0)):
+                    yield frame
 
     def _panel_px(self) -> tuple[int, int]:
         """Size of one of the two panels: as tall as the building asks for, within reason, and even."""
@@ -139,20 +137,6 @@ def draw_activity(frame: Image.Image, activity: str) -> None:
     draw = ImageDraw.Draw(frame)
     draw.rounded_rectangle(box, 8, fill=colour)
     write(frame, ((box[0] + box[2]) / 2, 24), word, 18, anchor="mm", colour=palette.FREE)
-
-
-def drawn_camera(building: Building, size_px: tuple[int, int]) -> Camera:
-    """The building from above with the true robot in it: for machines that cannot render."""
-    view = TopView(building, size_px)
-    floor = view.blank()
-    view.draw_building(floor, building)
-
-    def shoot(shot: Snapshot) -> Image.Image:
-        fine = floor.copy()
-        view.draw_robot(fine, shot.world_from_robot, palette.ROBOT)
-        return view.finished(fine)
-
-    return shoot
 
 
 def write_video(path: Path, frames: Iterator[Rgb8], frames_per_s: int) -> None:

@@ -1,20 +1,24 @@
 """A film of any run lasts 20 to 60 s and plays everywhere."""
 
+from contextlib import contextmanager
+
 import numpy as np
 import pytest
 from imageio_ffmpeg import read_frames
 from PIL import Image
 
+from experiments.recorders.camera import drawing_camera, rendering_camera
 from experiments.recorders.coverage_plot import CoveragePlot, draw_coverage, reached
+from experiments.recorders.snapshots import SnapshotLog
 from experiments.recorders.video_recorder import VideoConfig, VideoRecorder
 from tests.experiments.fake_episode import START, FakeCurve, building, fake_episode
 
 SMALL = VideoConfig(width_px=640, snapshots=20)
 
 
-def film(path, steps: int, config: VideoConfig = SMALL, camera=None):
+def film(path, steps: int, config: VideoConfig = SMALL, open_camera=drawing_camera):
     curve = FakeCurve([])
-    video = VideoRecorder(path, building(), START, curve, config, camera)
+    video = VideoRecorder(path, building(), START, curve, config, open_camera)
     for step in fake_episode(steps, curve, beams=24):
         video.record(step)
     video.close()
@@ -34,20 +38,41 @@ def test_a_film_lasts_20_to_60_seconds_however_long_the_run(tmp_path, steps):
 def test_the_camera_sees_every_moment_once_and_fills_the_right_panel(tmp_path):
     shots = []
 
-    def open_camera(size_px):
+    @contextmanager
+    def red_camera(_, size_px):
         def shoot(shot):
             shots.append(shot.time_s)
             return Image.new("RGB", size_px, (255, 0, 0))
 
-        return shoot
+        yield shoot
 
-    meta, frames = film(tmp_path / "exploration.mp4", 30, camera=open_camera)
+    meta, frames = film(tmp_path / "exploration.mp4", 30, open_camera=red_camera)
     assert shots == sorted(set(shots))
     width, height = meta["size"]
     frame = np.frombuffer(next(frames), np.uint8).reshape(height, width, 3)
     red = (frame[..., 0] > 200) & (frame[..., 1:] < 60).all(axis=2)
     assert red[:, width // 2 + 8 :].mean() > 0.5
     assert red[:, : width // 2 - 8].mean() < 0.01
+
+
+def test_both_cameras_take_pictures_of_the_size_asked_for():
+    (step,) = fake_episode(1, beams=12)
+    log = SnapshotLog(START, FakeCurve([]))
+    log.record(step)
+    for open_camera in (rendering_camera, drawing_camera):
+        with open_camera(building(), (320, 240)) as camera:
+            picture = camera(log.snapshots[0])
+        assert picture.size == (320, 240)
+        assert len(picture.getcolors(1 << 17) or []) > 10
+
+
+def test_without_graphics_the_world_is_drawn(monkeypatch):
+    monkeypatch.setattr("sim.render.open_studio", lambda *_: None)
+    (step,) = fake_episode(1, beams=12)
+    log = SnapshotLog(START, FakeCurve([]))
+    log.record(step)
+    with rendering_camera(building(), (320, 240)) as camera, drawing_camera(building(), (320, 240)) as drawn:
+        assert camera(log.snapshots[0]).tobytes() == drawn(log.snapshots[0]).tobytes()
 
 
 def test_a_run_without_a_scan_leaves_no_film_and_no_plot(tmp_path):
