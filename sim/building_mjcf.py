@@ -28,12 +28,17 @@ COLOURS = {
     "furniture": "0.65 0.48 0.32 1",
 }
 DOOR_COLOUR = "0.9 0.55 0.2 0.4"
+HIDDEN = "3"
+"""Sites of this group are shown on demand: doors stand open."""
+LIGHT = {"dir": "0.2 0.3 -1", "directional": "true", "diffuse": "0.5 0.5 0.5"}
+HEADLIGHT = {"ambient": "0.35 0.35 0.35", "diffuse": "0.15 0.15 0.15", "specular": "0 0 0"}
 
 
 def save_mjcf(building: Building, path: str | Path) -> None:
     """Write the building as MJCF. Loading it gives the same building."""
     root = ET.Element("mujoco", model=building.name)
     ET.SubElement(root, "compiler", angle="radian")
+    ET.SubElement(ET.SubElement(root, "visual"), "headlight", HEADLIGHT)
     custom = ET.SubElement(root, "custom")
     ET.SubElement(custom, "text", name="name", data=building.name)
     ET.SubElement(custom, "text", name="kind", data=building.kind)
@@ -44,7 +49,7 @@ def save_mjcf(building: Building, path: str | Path) -> None:
     (x0, y0), (x1, y1) = building.low_m, building.high_m
     x, y, half_x, half_y = 0.5 * (x0 + x1), 0.5 * (y0 + y1), 0.5 * (x1 - x0), 0.5 * (y1 - y0)
     light_m = 2.0 * max(half_x, half_y)
-    ET.SubElement(world, "light", pos=_numbers(x, y, light_m), dir="0 0 -1", directional="true")
+    ET.SubElement(world, "light", LIGHT, pos=_numbers(x, y, light_m))
     floor = {
         "name": "floor",
         "type": "plane",
@@ -57,7 +62,7 @@ def save_mjcf(building: Building, path: str | Path) -> None:
             world, "geom", _attributes(solid, number), rgba=COLOURS.get(solid.kind, COLOURS["furniture"])
         )
     for number, door in enumerate(building.doors):
-        ET.SubElement(world, "site", _attributes(door.panel, number), rgba=DOOR_COLOUR)
+        ET.SubElement(world, "site", _attributes(door.panel, number), rgba=DOOR_COLOUR, group=HIDDEN)
     start = building.start
     ET.SubElement(
         world,
