@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import sys
 
+from tqdm import tqdm
+
 from experiments.logs.log import RecordedLog
 from experiments.replaying import ReplayStep
 from experiments.tum_file import Trajectory
@@ -14,11 +16,12 @@ class ReplayProgress:
     """Shows scans done and scans a second."""
 
     def __init__(self, log: RecordedLog) -> None:
-        from tqdm import tqdm
-
-        self._bar = tqdm(total=len(log.observations), unit=" scans", file=sys.stderr, mininterval=0.25)
+        self._scans = len(log.observations)
+        self._bar: tqdm | None = None
 
     def record(self, step: ReplayStep) -> None:
+        if self._bar is None:  # the clock starts with the first scan
+            self._bar = tqdm(total=self._scans, unit=" scans", file=sys.stderr, mininterval=0.25)
         self._bar.update()
 
     def finish(self, robot: Trajectory, grid: OccupancyGrid) -> None:
@@ -26,4 +29,5 @@ class ReplayProgress:
 
     def close(self) -> None:
         """Leave the last state on the terminal."""
-        self._bar.close()
+        if self._bar is not None:
+            self._bar.close()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import islice
 from typing import Protocol
 
 import numpy as np
@@ -20,8 +21,8 @@ from occmap.scan import Observation, Scan
 from occmap.sensor_model import SensorModelConfig
 from occmap.stopwatch import Stopwatch
 
-WARM_UP_SCANS = 1000
-"""Enough to have driven some metres in most logs, few enough to take a second."""
+WARM_UP_SCANS = 80
+"""Enough for two submaps and a loop between them."""
 
 
 @dataclass(frozen=True)
@@ -131,10 +132,11 @@ def warm_up(observations: Sequence[Observation], config: ReplayConfig, sensor: S
     Back over known ground, because that is where loops are closed.
     """
     motion = MotionFilter(every_m=0.1, every_rad=0.1)
-    first = observations[:WARM_UP_SCANS]
-    there = [seen for seen in first if motion.is_due(seen.odom_from_robot)]
+    there = list(
+        islice((seen for seen in observations if motion.is_due(seen.odom_from_robot)), WARM_UP_SCANS)
+    )
     if len(there) < 2:  # no odometry, or none that moves
-        there = first[:100]
+        there = list(observations[:WARM_UP_SCANS])
     end_s = there[-1].time_s
     back = [replace(seen, time_s=2.0 * end_s - seen.time_s) for seen in reversed(there[:-1])]
     localizer = make_localizer(config.pose, config.map, sensor)

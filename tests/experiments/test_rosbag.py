@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 from experiments.logs.log import read_log
+from experiments.replay import main
+from experiments.tum_file import read_tum
 from occmap.geometry import Pose2
 
 rosbag2 = pytest.importorskip("rosbags.rosbag2", reason="needs the optional extra ros")
@@ -163,6 +165,18 @@ def test_of_several_scanners_the_named_one_is_read(tmp_path: Path):
     assert [seen.time_s for seen in read_log(path, scan_topic="/front").observations] == [2.0]
     with pytest.raises(ValueError, match="it has /back, /front"):
         read_log(path, scan_topic="/scan")
+
+
+def test_a_bag_replays_like_any_log(tmp_path: Path):
+    messages = []
+    for t in range(1, 21):
+        messages.append((t, "/odom", odometry(t, Pose2(0.1 * t, 0.0, 0.0))))
+        messages.append((t, "/scan", laser_scan(t, [3.0 - 0.1 * t] * 5)))
+    path = bag(tmp_path / "bag", messages)
+    assert main([str(path), "--pose", "odometry", "--no-record", "--out", str(tmp_path / "out")]) == 0
+    laser = read_tum(tmp_path / "out" / "laser.tum")
+    np.testing.assert_array_equal(laser.times_s, np.arange(1.0, 21.0))
+    np.testing.assert_allclose(laser.poses[:, 0], 0.1 * np.arange(20), atol=1e-6)
 
 
 def test_what_is_no_bag_is_refused(tmp_path: Path):
