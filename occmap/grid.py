@@ -58,7 +58,7 @@ class GridFrame:
 
     def in_cells(self, points: Points) -> Points:
         """(n, 2) metres -> (n, 2) the same places in units of cells, from the corner of cell (0, 0)."""
-        return np.divide(points - np.asarray(self.origin_m), self.resolution_m) + BORDER
+        return (points - np.asarray(self.origin_m)) / self.resolution_m + BORDER
 
     def cell_from_map(self, points: Points) -> Cells:
         """(n, 2) metres -> (n, 2) cells (ix, iy). Floors, also left of the origin."""
@@ -66,7 +66,7 @@ class GridFrame:
 
     def map_from_cell(self, cells: Cells | Points) -> Points:
         """(n, 2) cells (ix, iy), also between cells -> (n, 2) metres, the cells' centres."""
-        return (np.asarray(cells) + 0.5) * self.resolution_m + np.asarray(self.origin_m)
+        return (np.asarray(cells, np.float64) + 0.5) * self.resolution_m + np.asarray(self.origin_m)
 
     def cell_at(self, x_m: float, y_m: float) -> tuple[int, int]:
         """The cell (ix, iy) that holds one point."""

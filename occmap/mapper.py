@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -83,9 +84,14 @@ class Mapper:
         patch = self._kernels.Patch(ix0, iy0, rows=iy1 - iy0 + 1, stride=ix1 - ix0 + 1)
         self._make_room(patch.rows * patch.stride)
         in_window = grid.frame.in_cells(points) - (ix0, iy0)
+        n = self._integrate(patch, grid, in_window, hit)
+        return GridChange(grew, self._flips[:n].copy(), self._was[:n].copy(), grid.state)
+
+    def _integrate(self, patch: Any, grid: OccupancyGrid, in_window: Points, hit: NDArray[np.bool_]) -> int:
+        """Votes into belief, in one kernel call; returns how many changes are listed in _flips and _was."""
         model = self._model(grid)
-        hits = np.empty(_most_hits(in_window, model), np.int64)
-        n = self._kernels.integrate(
+        hits = np.empty((len(hit) * _most_hits(patch, model), 2), np.int64)
+        return self._kernels.integrate(
             self._window,
             patch,
             grid.log_odds,
@@ -97,7 +103,6 @@ class Mapper:
             self._flips,
             self._was,
         )
-        return GridChange(grew, self._flips[:n].copy(), self._was[:n].copy(), grid.state)
 
     def _beams_in_map(self, scan: Scan, map_from_lidar: Pose2, resolution_m: float):
         """Sensor and beam ends (1 + n, 2) in metres, which ends are hits (n,), and a box around all votes."""
@@ -124,7 +129,7 @@ class Mapper:
         low_m, high_m = (low_x - beyond_m, low_y - beyond_m), (high_x + beyond_m, high_y + beyond_m)
         return points, hit, low_m, high_m
 
-    def _model(self, grid: OccupancyGrid):
+    def _model(self, grid: OccupancyGrid) -> Any:
         hit, miss = self.config.increments(grid.config.prior)
         alpha = self.config.obstacle_thickness_m / grid.config.resolution_m
         is_cone = self.config.beam_width_rad > 0.0
@@ -146,11 +151,7 @@ class Mapper:
             self._was = np.empty(cells, np.uint8)
 
 
-def _most_hits(in_window: Points, model) -> int:
-    """An upper bound on the cells that one scan can hit: bands 2 alpha deep and as wide as the cones."""
-    beams = len(in_window) - 1
-    if beams == 0:
-        return 0
-    longest = float(np.abs(in_window[1:] - in_window[0]).max()) * math.sqrt(2.0) + model.alpha
-    width = 2.0 * longest * math.tan(model.half_width)
-    return beams * math.ceil(2.0 * model.alpha + 3.0) * math.ceil(width + 3.0)
+def _most_hits(patch: Any, model: Any) -> int:
+    """An upper bound on the cells that one beam hits: a band 2 alpha deep and as wide as the cone."""
+    width = 2.0 * (patch.rows + patch.stride) * math.tan(model.half_width)
+    return math.ceil(2.0 * model.alpha + 3.0) * math.ceil(width + 3.0 if width else 1.0)

@@ -57,11 +57,12 @@ def spend_hits(window, patch, hits, log_odds, state, model, flips, was):
     """
     if model.one_vote:
         for k in range(hits.shape[0]):
-            window[hits[k]] = ALREADY_VOTED
+            window[hits[k, 1] * patch.stride + hits[k, 0]] = ALREADY_VOTED
     for k in range(hits.shape[0]):
-        iy, ix = hits[k] // patch.stride + patch.iy0, hits[k] % patch.stride + patch.ix0
-        value, misses = log_odds[iy, ix], window[hits[k]]
-        window[hits[k]] = 0
+        at = hits[k, 1] * patch.stride + hits[k, 0]
+        iy, ix = hits[k, 1] + patch.iy0, hits[k, 0] + patch.ix0
+        value, misses = log_odds[iy, ix], window[at]
+        window[at] = 0
         if model.one_vote and misses != ALREADY_VOTED:
             continue
         if not model.one_vote:
@@ -69,7 +70,7 @@ def spend_hits(window, patch, hits, log_odds, state, model, flips, was):
         log_odds[iy, ix] = min(value + model.hit, model.clamp)
     n = 0
     for k in range(hits.shape[0]):
-        iy, ix = hits[k] // patch.stride + patch.iy0, hits[k] % patch.stride + patch.ix0
+        iy, ix = hits[k, 1] + patch.iy0, hits[k, 0] + patch.ix0
         now = believed(log_odds[iy, ix], model)
         if now != state[iy, ix]:
             flips[n], was[n] = iy * state.shape[1] + ix, state[iy, ix]
@@ -86,20 +87,26 @@ def sweep_misses(window, patch, log_odds, state, model, flips, was, n):
     cheaper than looking for the cells that were crossed.
     """
     width = min(patch.stride, state.shape[1] - patch.ix0)
-    most = np.uint16(1) if model.one_vote else ALREADY_VOTED
-    miss, low = model.miss, -model.clamp
     for row in range(patch.rows):
         votes = window[row * patch.stride : row * patch.stride + width]
         odds = log_odds[row + patch.iy0, patch.ix0 : patch.ix0 + width]
         states = state[row + patch.iy0, patch.ix0 : patch.ix0 + width]
-        for i in range(width):
-            value = odds[i] + np.float32(min(votes[i], most)) * miss
-            odds[i] = value if value > low else low
-            votes[i] = 0
+        spend_misses(votes, odds, model)
         if differs(odds, states, model):
             first = (row + patch.iy0) * state.shape[1] + patch.ix0
             n = record_flips(odds, states, first, model, flips, was, n)
     return n
+
+
+@njit(cache=True)
+def spend_misses(votes, odds, model):
+    """Lower the log-odds by the misses counted, down to the clamp, and clear the counters."""
+    most = np.uint16(1) if model.one_vote else ALREADY_VOTED
+    miss, low = model.miss, -model.clamp
+    for i in range(odds.shape[0]):
+        value = odds[i] + np.float32(min(votes[i], most)) * miss
+        odds[i] = value if value > low else low
+        votes[i] = 0
 
 
 @njit(cache=True)

@@ -1,7 +1,7 @@
 """Kernels of the mapper: which cells a beam votes on, and how.
 
-Misses are counted in a window, a flat array of 16-bit counters, `stride` to a row; the flat indices
-of hit cells are listed, for they are few.
+Misses are counted in a window, a flat array of 16-bit counters, `stride` to a row. Hit cells are few:
+they are listed as (ix, iy) of the window.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ vote = njit(cache=True)(sensor_model.vote)
 
 @njit(cache=True)
 def count_ray(window, stride, ix0, iy0, ix1, iy1):
-    """One miss for every cell of a ray but its last; returns the last cell's index.
+    """One miss for every cell of a ray but its last.
 
     The cells of Bresenham's line (rays.ray_cells), where the shorter axis stands at ceil(k * short /
     long - 1/2) after k steps. Here as a fixed-point product: no step waits for the error of the one
@@ -39,7 +39,6 @@ def count_ray(window, stride, ix0, iy0, ix1, iy1):
         window[np.uint64(at + (rise >> 40) * aside)] += np.uint16(1)
         at += ahead
         rise += slope
-    return iy1 * stride + ix1
 
 
 @njit(cache=True)
@@ -55,18 +54,21 @@ def lines(window, stride, points, hit, alpha, hits):
     for k in range(hit.shape[0]):
         end_x, end_y = points[k + 1, 0], points[k + 1, 1]
         if not hit[k]:
-            last = count_ray(window, stride, ix0, iy0, math.floor(end_x), math.floor(end_y))
-            window[last] += np.uint16(1)
+            ix1, iy1 = math.floor(end_x), math.floor(end_y)
+            count_ray(window, stride, ix0, iy0, ix1, iy1)
+            window[iy1 * stride + ix1] += np.uint16(1)
             continue
-        z = math.hypot(end_x - x, end_y - y)
-        depth = min(alpha / z, 1.0) if alpha > 0.0 and z > 0.0 else 0.0
+        depth = 0.0
+        if alpha > 0.0:
+            depth = min(1.0, alpha / max(alpha, math.hypot(end_x - x, end_y - y)))
         deep_x, deep_y = depth * (end_x - x), depth * (end_y - y)
         ix1, iy1 = math.floor(end_x - deep_x), math.floor(end_y - deep_y)
-        hits[n_hits] = count_ray(window, stride, ix0, iy0, ix1, iy1)
+        count_ray(window, stride, ix0, iy0, ix1, iy1)
+        hits[n_hits, 0], hits[n_hits, 1] = ix1, iy1
         n_hits += 1
         if depth > 0.0:
             for cell in ray_cells(ix1, iy1, math.floor(end_x + deep_x), math.floor(end_y + deep_y))[1:]:
-                hits[n_hits] = cell[1] * stride + cell[0]
+                hits[n_hits] = cell
                 n_hits += 1
     return n_hits
 
@@ -99,6 +101,6 @@ def cones(window, stride, points, hit, half_width, alpha, hits):
                 if said < 0:
                     window[iy * stride + ix] += np.uint16(1)
                 elif said > 0:
-                    hits[n_hits] = iy * stride + ix
+                    hits[n_hits, 0], hits[n_hits, 1] = ix, iy
                     n_hits += 1
     return n_hits
