@@ -71,9 +71,9 @@ class Lidar:
 
         self.config = config or LidarConfig()
         self.bearings_rad = self.config.bearings_rad()
-        self.robot_from_lidar, self.height_m = world.lidar_mount()
+        self.robot_from_lidar, height_m = world.lidar_mount()
         self.period_s = 1.0 / self.config.rate_hz
-        self._rays = RayScene(world.solids, self.config.max_range_m)
+        self._rays = RayScene(world.solids, self.config.max_range_m, height_m)
         self._noise = LidarNoise(self.config.noise, streams)
         # The turn ends with the last beam at the stamp.
         ages = np.arange(len(self.bearings_rad) - 1, -1, -1) / len(self.bearings_rad)
@@ -93,11 +93,13 @@ class Lidar:
         """(beams,) true distances along the beams, inf where nothing is within max_range_m."""
         if not self.config.spin:
             world_from_lidar = world.world_from_robot @ self.robot_from_lidar
-            return self._cast(world, world_from_lidar.position, world_from_lidar.yaw_rad + self.bearings_rad)
+            angles = world_from_lidar.yaw_rad + self.bearings_rad
+            return self._rays.cast(*world_from_lidar.position, angles, world.panels)
         x, y, yaw = self._lidar_poses(world).T
+        angles = yaw + self.bearings_rad
         pieces = np.array_split(np.arange(len(x)), min(self.groups, len(x)))
         return np.concatenate(
-            [self._cast(world, (x[p].mean(), y[p].mean()), yaw[p] + self.bearings_rad[p]) for p in pieces]
+            [self._rays.cast(x[p].mean(), y[p].mean(), angles[p], world.panels) for p in pieces]
         )
 
     def _lidar_poses(self, world: World) -> Floats:
@@ -107,6 +109,3 @@ class Lidar:
         return np.column_stack(
             (x + c * mount.x_m - s * mount.y_m, y + s * mount.x_m + c * mount.y_m, yaw + mount.yaw_rad)
         )
-
-    def _cast(self, world: World, place_m: tuple[float, float], angles_rad: Floats) -> Floats:
-        return self._rays.cast((*place_m, self.height_m), angles_rad, world.panels)

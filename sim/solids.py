@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,18 +50,6 @@ class SolidArrays:
             self.radius_m[which],
             self.height_m[which],
         )
-
-    def turned(self, angle_rad: float) -> SolidArrays:
-        """All of them turned about the origin."""
-        c, s = math.cos(angle_rad), math.sin(angle_rad)
-        turn = np.array([[c, s], [-s, c]])  # for rows, from the right
-        return replace(self, center_m=self.center_m @ turn, heading=self.heading @ turn)
-
-    def farthest_along(self, x: float, y: float) -> Floats:
-        """(n,) how far each reaches in the direction of a unit vector, from the origin."""
-        c, s = self.heading[:, 0], self.heading[:, 1]
-        reach = self.half_m[:, 0] * np.abs(c * x + s * y) + self.half_m[:, 1] * np.abs(c * y - s * x)
-        return self.center_m[:, 0] * x + self.center_m[:, 1] * y + reach + self.radius_m
 
     def distance_m(self, x_m: float, y_m: float) -> Floats:
         """(n,) horizontal distance from a place to each solid's surface: exact outside, 0 inside a box,

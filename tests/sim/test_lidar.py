@@ -15,8 +15,10 @@ from sim.faults import FaultsConfig
 from sim.lidar import LidarConfig
 from sim.lidar_noise import LidarNoise, LidarNoiseConfig, LidarStreams
 from sim.ray_scene import RayScene
+from sim.ray_slots import RaySlots
 from sim.scene import building_scene
 from sim.solids import SolidArrays
+from sim.umbra import hidden
 from tests.sim.rooms import EXACT, robot_in, room
 
 SILENT = LidarNoiseConfig().scaled(0.0)
@@ -64,8 +66,7 @@ def test_what_is_out_of_range_is_inf():
     assert np.nanmax(scan.ranges_m[np.isfinite(scan.ranges_m)]) <= 12.0
 
 
-@pytest.mark.parametrize("sectors", [2, 4, 7])
-def test_rays_among_the_near_solids_equal_rays_in_the_whole_building(sectors):
+def test_rays_among_the_solids_in_sight_equal_rays_in_the_whole_building():
     rng = np.random.default_rng(3)
     building = room(40.0, 40.0, Pose2(20.0, 20.0, 0.0), tuple(clutter(rng, 400, 40.0)))
     spec = building_scene(building)
@@ -73,13 +74,45 @@ def test_rays_among_the_near_solids_equal_rays_in_the_whole_building(sectors):
     model = spec.compile()
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
-    rays = RayScene(SolidArrays.of(building.solids), 12.0, sectors)
+    rays = RayScene(SolidArrays.of(building.solids), 12.0, 0.2)
     angles = np.linspace(-4.0, 4.0, 101)
     place = np.array([20.0, 20.0])
     for _ in range(60):  # a walk of many refills
         place += rng.uniform(-0.8, 0.9, 2)
         expected = [ray(model, data, place, angle) for angle in angles]
-        np.testing.assert_allclose(rays.cast((*place, 0.2), angles, NOTHING), expected, atol=1e-9)
+        np.testing.assert_allclose(rays.cast(place[0], place[1], angles, NOTHING), expected, atol=1e-9)
+
+
+def test_no_beam_from_around_a_place_ends_on_a_solid_that_was_called_hidden():
+    rng = np.random.default_rng(5)
+    angles = np.linspace(-math.pi, math.pi, 720)
+    share_hidden = []
+    for wander_m in (0.2, 1.0, 0.5) * 4:
+        walls = [
+            Box(x, y, rng.uniform(0.3, 4.0), 0.06, rng.choice([0.0, 0.5 * math.pi, rng.uniform(-3.0, 3.0)]))
+            for x, y in rng.uniform(0.0, 24.0, (60, 2)).tolist()
+        ]
+        solids = SolidArrays.of(walls + clutter(rng, 40, 24.0))
+        place = rng.uniform(6.0, 18.0, 2)
+        out_of_sight = hidden(solids, place[0], place[1], wander_m)
+        share_hidden.append(out_of_sight.mean())
+        every, some = (SolidsAtOnce(s) for s in (solids, solids.take(np.flatnonzero(~out_of_sight))))
+        for turn, away in zip(rng.uniform(0.0, 6.3, 25), np.sqrt(rng.uniform(0.0, 1.0, 25)), strict=True):
+            x, y = place + wander_m * away * np.array([math.cos(turn), math.sin(turn)])
+            np.testing.assert_array_equal(every.cast(x, y, angles), some.cast(x, y, angles))
+    assert np.mean(share_hidden) > 0.3
+
+
+class SolidsAtOnce:
+    """Rays against every one of some solids."""
+
+    def __init__(self, solids: SolidArrays) -> None:
+        self._slots = RaySlots(len(solids))
+        self._slots.write(0, solids)
+
+    def cast(self, x: float, y: float, angles: np.ndarray) -> np.ndarray:
+        directions = np.column_stack((np.cos(angles), np.sin(angles), np.zeros_like(angles)))
+        return self._slots.cast((x, y, 0.2), directions, 100.0)
 
 
 def ray(model: mujoco.MjModel, data: mujoco.MjData, place: np.ndarray, angle: float) -> float:
