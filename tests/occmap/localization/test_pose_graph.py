@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.optimize import least_squares
 
 from occmap.geometry import Pose2, wrap_angle
 from occmap.localization import pose_graph_kernels as kernels
@@ -222,3 +223,18 @@ def test_nonsense_edges_are_refused(ends: tuple[int, int], information: np.ndarr
     graph.add_node(Pose2(1.0, 0.0, 0.0))
     with pytest.raises(ValueError, match=message):
         graph.add_edge(*ends, Pose2.identity(), information)
+
+
+def test_the_minimum_is_the_one_that_scipy_finds():
+    graph, _ = loop(np.random.default_rng(8), noise=0.05)
+    start, root = graph.poses.copy(), np.linalg.cholesky(INFORMATION).T
+
+    def residuals(free: np.ndarray) -> np.ndarray:
+        poses = np.vstack((start[:1], free.reshape(-1, 3)))
+        out = np.empty((len(graph.ends), 3))
+        for k, (i, j) in enumerate(graph.ends):
+            kernels.edge_error(poses[i], poses[j], graph.measured[k], out[k])
+        return (out @ root.T).ravel()
+
+    expected = 2.0 * least_squares(residuals, start[1:].ravel(), xtol=1e-12, ftol=1e-12).cost
+    assert graph.optimise().cost == pytest.approx(expected, rel=1e-4)
