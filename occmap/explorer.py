@@ -20,7 +20,6 @@ from occmap.grid import CellBox, GridConfig, OccupancyGrid
 from occmap.localization.localizer import Estimate, Localizer, OdometryLocalizer
 from occmap.mapper import GridChange, Mapper
 from occmap.memory import FailedLooks, ReachMemory
-from occmap.missed_returns import without_missed_returns
 from occmap.planner import Path, Planner, PlannerConfig, Wavefront
 from occmap.recovery import Recovery, RecoveryConfig
 from occmap.scan import Observation
@@ -41,7 +40,7 @@ class PaceConfig:
 
     first_look_s: float = 0.5
     """It stands still this long at first: a cell takes a few scans to be believed free."""
-    reconsider_s: float = 1.0
+    reconsider_s: float = 2.0
     """While a goal is good, its rivals are weighed this often."""
     look_s: float = 0.6
     """At a viewpoint it waits this long for its frontier to be resolved."""
@@ -103,6 +102,9 @@ class Explorer:
     """
 
     def __init__(self, config: ExplorerConfig | None = None, localizer: Localizer | None = None) -> None:
+        from occmap.missed_returns import without_missed_returns  # compiled on first use, not on import
+
+        self._without_missed_returns = without_missed_returns
         self.config = config = config or ExplorerConfig()
         self.localizer = localizer or OdometryLocalizer()
         self.grid = OccupancyGrid(config.grid)
@@ -125,6 +127,7 @@ class Explorer:
         self._goal_switches = 0
         self._begun_s: float | None = None
         self._considered_s = -math.inf
+        self._stuck_asked_s = -math.inf
         self._goalless_since_s: float | None = None
         self._last_seen: Observation | None = None
 
@@ -163,7 +166,7 @@ class Explorer:
             self._swap_map(estimate)
         if estimate.insert:
             with self._watch.lap("mapping"):
-                scan = without_missed_returns(seen.scan)
+                scan = self._without_missed_returns(seen.scan)
                 change = self.mapper.insert(scan, estimate.map_from_robot @ seen.robot_from_lidar, self.grid)
                 self.clearance.update(self.grid, change)
             with self._watch.lap("frontiers"):
@@ -213,7 +216,7 @@ class Explorer:
     def _recover(self, seen: Observation, here: Pose2) -> Twist2 | None:
         """The twist of a manoeuvre that frees the robot; None if it is not stuck, or cannot be freed."""
         manoeuvre = self.recovery.twist(seen.time_s)
-        if manoeuvre is None and self.stuck.is_stuck(seen):
+        if manoeuvre is None and self._is_stuck(seen):
             if self.recovery.is_exhausted:
                 self._events.append(f"stuck: {self.recovery.attempts} manoeuvres did not free it")
                 self._end(Status.STUCK, self._flood(here))
@@ -224,6 +227,13 @@ class Explorer:
             self.pursuit = None
             manoeuvre = self.recovery.twist(seen.time_s)
         return manoeuvre
+
+    def _is_stuck(self, seen: Observation) -> bool:
+        """Asked now and then: it takes seconds to tell."""
+        if seen.time_s - self._stuck_asked_s < self.config.pace.reconsider_s / 4.0:
+            return False
+        self._stuck_asked_s = seen.time_s
+        return self.stuck.is_stuck(seen)
 
     def _should_think(self, now_s: float) -> bool:
         """A goal is dropped the moment its frontier is gone; a good one is weighed against others now and then."""

@@ -22,6 +22,10 @@ BOUNDS_M = (4.0, 16.0, math.inf)
 """Floods are tried with these bounds, one after the other: most goals are near, and a flood costs what it covers."""
 
 
+NEAR_M = 5.0
+"""No viewpoint is farther from the middle of its frontier than this: half a frontier's extent and the look."""
+
+
 @dataclass(frozen=True)
 class Search:
     """What a search found: the goal worth most, if any, all its rivals, and the flood that reached them."""
@@ -43,7 +47,7 @@ class GoalSearch:
         worth_a_look = list(self._worth_a_look(frontiers, grid))
         for bound_m in BOUNDS_M:
             wave = flood(bound_m)
-            goals = self._from_near(worth_a_look, grid, wave)
+            goals = self._from_near(_within(worth_a_look, grid, wave, bound_m + NEAR_M), grid, wave)
             best = best_of(goals)
             if wave.is_exhausted or not self.chooser.may_be_beaten_beyond(bound_m, best):
                 break
@@ -85,3 +89,15 @@ class GoalSearch:
             if goals:
                 return goals
         return []
+
+
+def _within(
+    frontiers: Sequence[tuple[Frontier, int]], grid: OccupancyGrid, wave: Wavefront, reach_m: float
+) -> list[tuple[Frontier, int]]:
+    """The frontiers that a wave could come near: a way is never shorter than the crow's."""
+    x, y = grid.frame.centre_of(*wave.start_cell)
+    return [
+        (frontier, failed)
+        for frontier, failed in frontiers
+        if math.hypot(frontier.centroid_in_map[0] - x, frontier.centroid_in_map[1] - y) <= reach_m
+    ]

@@ -37,6 +37,8 @@ class GoalConfig:
     """How far an expected look reaches: nobody knows where the walls behind a frontier are."""
     look_from_m: tuple[float, ...] = (2.5, 1.2, 0.5)
     """A viewpoint lies at most this far from its frontier; each look that fails goes nearer."""
+    look_into_m: float = 1.0
+    """A look is aimed this deep into the unknown: what grazes a frontier only moves it on a little."""
     min_frontier_m: float = 0.2
     """A shorter frontier is a speck: no gap that the body fits through is this narrow."""
     hysteresis_m: float = 1.0
@@ -61,6 +63,7 @@ class Goal:
     frontier: Frontier
     viewpoint_in_map: tuple[float, float]
     cost_m: float
+    """The way there, metres near walls counted dearer (see Planner)."""
     gain_m2: float
     """nan where the strategy did not ask for it."""
     utility: float
@@ -101,7 +104,8 @@ class GoalChooser:
         pillar's shadow is in plain sight from where the shadow was cast, and looking at it from
         there again shows nothing new.
         """
-        targets = self._kernels.unknown_beyond(grid.state, frontier.cells, 12)
+        deepest = max(1, round(self.config.look_into_m / grid.frame.resolution_m))
+        targets = self._kernels.unknown_beyond(grid.state, frontier.cells, 12, deepest)
         if not len(targets):
             return None
         reach = max(1, int(look_from_m / grid.frame.resolution_m))
@@ -109,7 +113,7 @@ class GoalChooser:
         ix, iy = self._kernels.find_viewpoint(grid.state, cost, exact_below, targets, reach, stride)
         if ix < 0:
             return None
-        cost_m = wave.length_to((ix, iy))
+        cost_m = wave.metres(cost[iy, ix])
         gain_m2 = self._gain_m2(frontier, grid, ix, iy)
         watched = frontier.cells[:: max(1, len(frontier.cells) // 24)]
         viewpoint = grid.frame.centre_of(ix, iy)

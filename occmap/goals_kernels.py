@@ -13,9 +13,6 @@ UNKNOWN = np.uint8(Belief.UNKNOWN)
 OCCUPIED = np.uint8(Belief.OCCUPIED)
 
 
-DEPTH = 3  # cells into the unknown at which a look is aimed
-
-
 @njit(cache=True)
 def sees(state, x0, y0, x1, y1, most_unknown):
     """True if the line between two cells (Bresenham) meets nothing occupied and little unknown. O(distance).
@@ -46,10 +43,10 @@ def sees(state, x0, y0, x1, y1, most_unknown):
 
 
 @njit(cache=True)
-def unknown_beyond(state, cells, limit):
+def unknown_beyond(state, cells, limit, deepest):
     """Up to `limit` cells in the unknown beyond a frontier, spread evenly along it: (k, 3), x, y and depth.
 
-    Each lies straight beyond a frontier cell, DEPTH cells deep or as deep as the unknown goes.
+    Each lies straight beyond a frontier cell, `deepest` cells on or as far as the unknown goes.
     Unknown beside an occupied cell is a wall's rim: it is taken only where a frontier has nothing else.
     """
     clear = np.empty((limit, 3), np.int64)
@@ -61,7 +58,7 @@ def unknown_beyond(state, cells, limit):
         x, y = cells[int(position), 0], cells[int(position), 1]
         position += step
         for dx, dy in ((1, 0), (-1, 0), (0, 1), (0, -1)):
-            depth = unknown_depth(state, x, y, dx, dy)
+            depth = unknown_depth(state, x, y, dx, dy, deepest)
             if depth == 0:
                 continue
             if not beside_occupied(state, x + dx, y + dy):
@@ -75,11 +72,11 @@ def unknown_beyond(state, cells, limit):
 
 
 @njit(cache=True)
-def unknown_depth(state, x, y, dx, dy):
-    """Unknown cells in a row from a cell on, at most DEPTH, within the array."""
+def unknown_depth(state, x, y, dx, dy, deepest):
+    """Unknown cells in a row from a cell on, at most `deepest`, within the array."""
     ny, nx = state.shape
     depth = 0
-    while depth < DEPTH:
+    while depth < deepest:
         ux, uy = x + (depth + 1) * dx, y + (depth + 1) * dy
         if ux < 0 or uy < 0 or ux >= nx or uy >= ny or state[uy, ux] != UNKNOWN:
             break
@@ -127,7 +124,7 @@ def find_viewpoint(state, cost, exact_below, targets, reach_cells, stride):
                     break
                 tx, ty, depth = targets[k, 0], targets[k, 1], targets[k, 2]
                 near = (tx - x) ** 2 + (ty - y) ** 2 <= reach_squared
-                if near and sees(state, x, y, tx, ty, depth + 1):
+                if near and sees(state, x, y, tx, ty, depth + depth // 2 + 1):
                     seen += 1
                     if seen >= needed:
                         break

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numba import njit
+from numpy.typing import NDArray
 
 from occmap.scan import Scan
 
@@ -16,20 +18,24 @@ def without_missed_returns(scan: Scan) -> Scan:
 
     A pane of glass or a dark leg swallows one beam among many that hit; believed, each such beam
     would free a line straight through the wall. An open view wider than the gap between a few
-    beams shows in more of them, if not from here then from nearer by. O(n).
+    beams shows in more of them, if not from here then from nearer by. The first beam follows the
+    last. O(n).
     """
-    nothing = np.isinf(scan.ranges_m)
-    if not nothing.any() or nothing.all():
-        return scan
-    n = len(nothing)
-    first = int(np.argmin(nothing))  # start on a beam that is no part of a run: runs may wrap around
-    turned = np.concatenate((nothing[first:], nothing[:first], [False]))
-    edges = np.flatnonzero(np.diff(turned.astype(np.int8)))
-    starts, ends = edges[0::2] + 1, edges[1::2] + 1
-    short = ends - starts <= LONGEST_RUN
-    if not short.any():
-        return scan
-    ranges_m = scan.ranges_m.copy()
-    for start, end in zip(starts[short], ends[short], strict=True):
-        ranges_m[(np.arange(start, end) + first) % n] = np.nan
-    return replace(scan, ranges_m=ranges_m)
+    return replace(scan, ranges_m=forget_short_runs(scan.ranges_m, LONGEST_RUN))
+
+
+@njit(cache=True)
+def forget_short_runs(ranges_m: NDArray[np.float64], longest: int) -> NDArray[np.float64]:
+    """(n,) the ranges with every run of at most `longest` inf between two that are not made nan."""
+    n = ranges_m.shape[0]
+    out = ranges_m.copy()
+    for start in range(n):
+        if not np.isinf(ranges_m[start]) or np.isinf(ranges_m[start - 1]):
+            continue
+        length = 1
+        while length <= longest and np.isinf(ranges_m[(start + length) % n]):
+            length += 1
+        if length <= longest:
+            for k in range(length):
+                out[(start + k) % n] = np.nan
+    return out

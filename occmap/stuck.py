@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from occmap.geometry import Pose2, Twist2
+from occmap.geometry import Pose2, Twist2, wrap_angle
 from occmap.scan import Observation, Scan
 
 
@@ -91,11 +91,11 @@ class StuckDetector:
         )
 
     def _stood_still(self, odom_from_robot: Pose2) -> bool:
-        start = self._moments[0].odom_from_robot.inverse()
-        moves = [start @ m.odom_from_robot for m in self._moments] + [start @ odom_from_robot]
-        return all(
-            math.hypot(k.x_m, k.y_m) < self.config.still_m and abs(k.yaw_rad) < self.config.still_rad for k in moves
-        )
+        """All the window's poses are where the robot is now; the oldest is looked at first: it differs most."""
+        return all(self._is_same_place(m.odom_from_robot, odom_from_robot) for m in self._moments)
+
+    def _is_same_place(self, a: Pose2, b: Pose2) -> bool:
+        return a.distance_to(b) < self.config.still_m and abs(wrap_angle(a.yaw_rad - b.yaw_rad)) < self.config.still_rad
 
     def _view_stayed(self, before: Scan, seen: Observation, moved: Pose2) -> bool:
         """The view is the same, though a motion as odometry has it would have changed it: the wheels slip."""

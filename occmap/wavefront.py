@@ -58,6 +58,12 @@ class Wavefront:
         self._check()
         return self.memory.cost.reshape(self.terrain.shape), self.exact_below
 
+    def metres(self, cost: int) -> float:
+        """One of those costs in metres."""
+        from occmap.planner_kernels import STRAIGHT
+
+        return float(cost) * self.terrain.frame.resolution_m / STRAIGHT
+
     def reached_cells(self) -> NDArray[np.int32]:
         """(k,) flat indices of the cells in reach."""
         self._check()
