@@ -34,12 +34,13 @@ def lifted(points: Points, z_m: float) -> Points32:
 class MotionColumns:
     """Collects steps until they are sent.
 
-    At most `rays` beams of each are drawn as lines, every hit as a point; beam ends are rounded to
-    `quantum_m`, which makes the file smaller.
+    Of each scan at most `rays` beams are drawn as lines and at most `hits` as points where they hit;
+    beam ends are rounded to `quantum_m`, which makes the file smaller.
     """
 
-    def __init__(self, rays: int, quantum_m: float) -> None:
+    def __init__(self, rays: int, hits: int, quantum_m: float) -> None:
         self._rays = rays
+        self._hits = hits
         self._quantum_m = quantum_m
         self._steps: list[Step] = []
         self._before: Step | None = None  # the last step already sent
@@ -90,12 +91,18 @@ class MotionColumns:
         rays = np.empty((len(ends), 2, 3), np.float32)
         rays[:, 0] = self._quantised(np.array([map_from_lidar.position]))
         rays[:, 1] = ends
-        drawn = np.zeros(len(ends), bool)
-        drawn[:: -(-len(ends) // self._rays)] = True
-        return ends[hit], rays[hit & drawn], rays[far & drawn]
+        drawn = every_so_many(len(ends), self._rays)
+        return ends[hit & every_so_many(len(ends), self._hits)], rays[hit & drawn], rays[far & drawn]
 
     def _quantised(self, points: Points) -> Points32:
         return lifted(np.round(points / self._quantum_m) * self._quantum_m, BEAM_Z_M)
+
+
+def every_so_many(total: int, most: int) -> NDArray[np.bool_]:
+    """(total,) an even choice of at most `most`."""
+    chosen = np.zeros(total, bool)
+    chosen[:: -(-total // most)] = True
+    return chosen
 
 
 def estimated_pose(step: Step) -> Pose2:

@@ -26,13 +26,14 @@ from sim.building import Building
 if TYPE_CHECKING:
     from experiments.curves import Sample, ScoreCurve
     from experiments.episode import Step
+    from occmap.decision import Decision
     from occmap.frontiers import Frontier
     from sim.truth import TruthGrid
 
 
 @dataclass(frozen=True)
 class RerunConfig:
-    """How much of an episode is recorded. Defaults: about 10 MB for ten minutes, 0.5 ms a scan."""
+    """How much of an episode is recorded. Defaults: about 30 MB for ten minutes of a large office."""
 
     motion_period_s: float = 0.2
     """Poses, trails and beams: smooth enough to watch at ten times real time."""
@@ -41,7 +42,9 @@ class RerunConfig:
     sync_period_s: float = 0.8
     """At most this much simulated time is lost when the process is killed."""
     rays: int = 60
-    """Beams drawn as lines; every beam that hit shows its end point."""
+    """At most this many beams of a scan are drawn as lines."""
+    hits: int = 180
+    """At most this many beams of a scan show where they hit."""
     quantum_m: float = 1.0 / 64.0
     """Beam ends are rounded to this: finer than a cell, and it compresses."""
 
@@ -49,8 +52,8 @@ class RerunConfig:
         for name in ("motion_period_s", "map_period_s", "sync_period_s", "quantum_m"):
             if not getattr(self, name) > 0.0:
                 raise ValueError(f"{name} must be positive, got {getattr(self, name)}")
-        if self.rays < 1:
-            raise ValueError(f"rays must be at least 1, got {self.rays}")
+        if self.rays < 1 or self.hits < 1:
+            raise ValueError(f"rays and hits must be at least 1, got {self.rays} and {self.hits}")
 
 
 class RerunRecorder:
@@ -68,7 +71,7 @@ class RerunRecorder:
         self.config = config or RerunConfig()
         self._curve = curve
         self._tiles = BeliefTiles()
-        self._motion = MotionColumns(self.config.rays, self.config.quantum_m)
+        self._motion = MotionColumns(self.config.rays, self.config.hits, self.config.quantum_m)
         self._rec = rr.RecordingStream("occmap", recording_id=uuid.uuid4())
         self._rec.save(path, default_blueprint=blueprint(building))
         self._rec.set_log_time_enabled(False)  # the wall clock says nothing about an episode
@@ -114,8 +117,8 @@ class RerunRecorder:
         if before is None or now.path is not before.path:
             waypoints = [] if now.path is None else [lifted(now.path.waypoints_in_map, PATH_Z_M)]
             self._rec.log("world/map/path", rr.LineStrips3D.from_fields(strips=waypoints))
-        if before is None or now.goal is not before.goal:
-            spot = np.empty((0, 2)) if now.goal is None else np.array([now.goal.viewpoint_in_map])
+        if before is None or viewpoint(now) != viewpoint(before):
+            spot = np.array([viewpoint(now)]) if now.goal else np.empty((0, 2))
             self._rec.log("world/map/goal", rr.Points3D.from_fields(positions=lifted(spot, PATH_Z_M)))
         if before is None or now.activity != before.activity:
             self._rec.log("activity", rr.StateChange(state=now.activity))
@@ -156,8 +159,8 @@ class RerunRecorder:
             "world/map/frontiers",
             rr.Points3D.from_fields(
                 positions=frontier_points(others, resolution_m),
-                colors=np.repeat(colours, [len(f.cells) for f in others], axis=0),
-                radii=0.6 * resolution_m,
+                colors=np.repeat(colours, [-(-len(f.cells) // 2) for f in others], axis=0),
+                radii=0.9 * resolution_m,
             ),
         )
         at = frontier_points([] if chosen is None else [chosen], resolution_m)
@@ -179,7 +182,12 @@ class RerunRecorder:
         )
 
 
+def viewpoint(decision: Decision) -> tuple[float, float] | None:
+    """Where the robot is going to look from, in the map frame."""
+    return decision.goal.viewpoint_in_map if decision.goal is not None else None
+
+
 def frontier_points(frontiers: Sequence[Frontier], resolution_m: float) -> Points32:
-    """(n, 3) the centres of all cells of some frontiers."""
-    centres = [cells_in_map(f, resolution_m) for f in frontiers]
+    """(n, 3) every second cell of some frontiers: enough to see their shape."""
+    centres = [cells_in_map(f, resolution_m)[::2] for f in frontiers]
     return lifted(np.concatenate([np.empty((0, 2)), *centres]), FRONTIER_Z_M)

@@ -118,7 +118,7 @@ def test_activities_and_decisions_are_logged_when_they_change(recorded):
     assert all(text.startswith("frontier at (") for text in texts)
 
 
-def test_one_ray_in_so_many_is_drawn_but_every_hit(recorded):
+def test_beams_are_thinned_evenly(recorded):
     chunks, last = recorded
     hits = rows(chunks, "/world/map/beams/ends", "Points3D:positions")[-1][1]
     rays = [
