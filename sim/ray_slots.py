@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from sim.solids import Floats, SolidArrays
 
@@ -55,9 +56,12 @@ class RaySlots:
         matrix[:, 0], matrix[:, 1], matrix[:, 3], matrix[:, 4], matrix[:, 8] = c, -s, s, c, 1.0
         data.geom_xmat[slots] = matrix
 
-    def cast(self, origin_m: tuple[float, float, float], directions: Floats, cutoff_m: float) -> Floats:
-        """(n,) distances along (n, 3) directions, -1 for a miss."""
-        distance = np.empty(len(directions))
+    def cast(
+        self, origin_m: tuple[float, float, float], directions: Floats, cutoff_m: float
+    ) -> tuple[Floats, NDArray[np.int32]]:
+        """Distances along (n, 3) directions and the slots that were struck, both -1 for a miss."""
+        count = len(directions)
+        distance, slot = np.empty(count), np.empty(count, dtype=np.int32)
         mujoco.mj_multiRay(
             self._model,
             self._data,
@@ -66,10 +70,10 @@ class RaySlots:
             geomgroup=None,
             flg_static=True,
             bodyexclude=-1,  # none
-            geomid=np.empty(len(directions), dtype=np.int32),
+            geomid=slot,
             dist=distance,
             normal=None,
-            nray=len(directions),
+            nray=count,
             cutoff=cutoff_m,
         )
-        return distance
+        return distance, slot
