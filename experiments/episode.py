@@ -42,7 +42,9 @@ def episode(
         with watch.lap("decision"):
             decision = explorer.decide(seen)
         watch.add(decision.stage_s)
-        yield Step(robot.truth(), seen, decision, explorer.grid)
+        with watch.lap("truth"):
+            truth = robot.truth()
+        yield Step(truth, seen, decision, explorer.grid)
         if decision.status is not Status.EXPLORING:
             return
         with watch.lap("physics"):

@@ -27,16 +27,17 @@ MISTAKE = 2
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Parse, prepare, explore, write. Returns the exit status: see `Outcome`, and 2 for a user's mistake."""
-    try:
-        command = parse(sys.argv[1:] if arguments is None else arguments)
-        say("preparing (a first run compiles kernels for some seconds)")
-        experiment, folder = set_up(command)
-    except (ValueError, OSError) as mistake:
-        say(f"error: {mistake}")
-        return MISTAKE
-    except KeyboardInterrupt:
-        return 130
-    return explore(experiment, folder, command)
+    with StopRequest() as stop:
+        try:
+            command = parse(sys.argv[1:] if arguments is None else arguments)
+            say("preparing (a first run compiles kernels for some seconds)")
+            experiment, folder = set_up(command)
+        except (ValueError, OSError) as mistake:
+            say(f"error: {mistake}")
+            return MISTAKE
+        except KeyboardInterrupt:  # asked twice: nothing is worth waiting for yet
+            return 130
+        return explore(experiment, folder, command, stop)
 
 
 def set_up(command: Command) -> tuple[Experiment, RunFolder]:
@@ -54,16 +55,15 @@ def set_up(command: Command) -> tuple[Experiment, RunFolder]:
     return experiment, folder
 
 
-def explore(experiment: Experiment, folder: RunFolder, command: Command) -> int:
+def explore(experiment: Experiment, folder: RunFolder, command: Command, stop: StopRequest) -> int:
     """Run to the end, or until asked to stop, and write down what came of it."""
     from experiments.outcome import Outcome
     from experiments.run import run
     from experiments.summary import summarise
 
-    with StopRequest() as stop:
-        finished = run(experiment, recorders_of(experiment, folder, command), stop)
-        summary = summarise(finished)
-        folder.write_results(finished, summary)
+    finished = run(experiment, recorders_of(experiment, folder, command), stop)
+    summary = summarise(finished)
+    folder.write_results(finished, summary)
     say(report(summary, finished, folder))
     if finished.outcome is Outcome.INTERRUPTED and stop.signal is not None:
         return 128 + stop.signal

@@ -31,6 +31,7 @@ class Run:
     trajectory: TrajectoryLog
     min_clearance_m: float
     stopwatch: Stopwatch
+    """Of the loop and what was done beside it; the experiment has its own for what came before."""
     loop_s: float
     """Wall time of the see-think-act loop and its recorders; truth and scoring are left out."""
     fault: str = ""
@@ -48,7 +49,7 @@ def run(
     """
     curve = ScoreCurve(experiment.scorer)
     trajectory = TrajectoryLog(experiment.world_from_map)
-    stopwatch = experiment.stopwatch
+    stopwatch = Stopwatch()
     with stopwatch.lap("warm_up"):
         warm_up(experiment.config)
     watchers = recorders(curve)

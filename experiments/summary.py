@@ -81,7 +81,10 @@ def summarise(run: Run) -> Summary:
         sim_time_s=truth.time_s,
         wall_time_s=run.loop_s,
         real_time_factor=truth.time_s / run.loop_s,
-        wall_time_by_stage_s={stage: run.stopwatch.total_s(stage) for stage in (*STAGES, *APART)},
+        wall_time_by_stage_s={
+            stage: run.stopwatch.total_s(stage) + experiment.stopwatch.total_s(stage)
+            for stage in (*STAGES, *APART)
+        },
         collisions={"events": truth.collision_events, "duration_s": truth.collision_duration_s},
         min_clearance_m=run.min_clearance_m,
         ate_m=absolute_error_m(true, believed),

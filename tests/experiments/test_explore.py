@@ -123,6 +123,15 @@ def test_another_process_comes_to_the_same_result(folder, tmp_path):
         assert (again / name).read_bytes() == (folder / name).read_bytes()
 
 
+def test_recording_does_not_influence_the_run(folder, tmp_path):
+    config = ["--config", str(folder / "config.json"), "--time-limit-s", "5"]
+    assert main([*config, "--out", str(tmp_path / "watched")]) == 3
+    assert main([*config, "--no-record", "--no-video", "--out", str(tmp_path / "alone")]) == 3
+    assert unmeasured(summary_in(tmp_path / "watched")) == unmeasured(summary_in(tmp_path / "alone"))
+    assert (tmp_path / "watched" / "recording.rrd").stat().st_size > 10_000
+    assert (tmp_path / "watched" / "exploration.mp4").stat().st_size > 10_000
+
+
 def test_a_config_file_runs_the_same_again(folder, tmp_path):
     again = tmp_path / "again"
     config = ["--config", str(folder / "config.json")]
