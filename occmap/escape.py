@@ -45,7 +45,7 @@ def way_out(
 
 def _pieces_around(
     terrain: Terrain, centre: tuple[int, int], cells: NDArray[np.int32], radius_m: float
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
     """For each of some flat cells: which 4-connected piece of open ground it is on (0 none), and its size.
 
     Pieces are measured within three times the radius: far enough to tell an island from a room.
@@ -55,7 +55,9 @@ def _pieces_around(
     reach = math.ceil(3.0 * radius_m / terrain.frame.resolution_m)
     x0, y0 = max(centre[0] - reach, 0), max(centre[1] - reach, 0)
     window = np.s_[y0 : centre[1] + reach + 1, x0 : centre[0] + reach + 1]
-    labels, _ = label(terrain.is_open(window))  # type: ignore[misc]
+    is_open = terrain.is_open(window)
+    labels = np.zeros(is_open.shape, np.int32)
+    label(is_open, output=labels)
     sizes = np.bincount(labels.ravel())
     sizes[0] = 0
     nx = terrain.shape[1]

@@ -42,7 +42,7 @@ class PlannerConfig:
     escape_radius_m: float = 1.0
     """How far a robot that stands too close to an obstacle looks for a place to start from."""
     island_area_m2: float = 1.0
-    """If no more than this is in reach, the robot may stand on an island made by noise: look for a mainland."""
+    """If no more than this is in reach, the robot may be on an island made by noise: look for a mainland."""
 
     def __post_init__(self) -> None:
         if not self.body_radius_m > 0.0:
@@ -54,7 +54,7 @@ class PlannerConfig:
             )
         if not 1.0 <= self.wall_weight <= self.tight_weight <= 100.0:
             raise ValueError(
-                f"need 1 <= wall_weight <= tight_weight <= 100, got {self.wall_weight} and {self.tight_weight}"
+                f"need 1 <= wall_weight <= tight_weight <= 100, got {self.wall_weight}, {self.tight_weight}"
             )
 
     def limits(self, resolution_m: float) -> ClearanceLimits:
@@ -150,7 +150,7 @@ class Planner:
     def escape(
         self, grid: OccupancyGrid, clearance_m: NDArray[np.float32], start_cell: tuple[int, int]
     ) -> Path | None:
-        """From where no path may start, the way out to where one may; None if there is none near, or no need."""
+        """From where no path may start, the way to where one may; None if there is none near, or no need."""
         terrain = self.terrain(grid, clearance_m)
         cells = self._way_out(terrain, start_cell)
         return None if cells is None else terrain.path(cells[-1:], 0.0, cells, self.config.escape_radius_m)

@@ -58,6 +58,7 @@ def search(
     step_x = (1, 0, -1, 0, 1, -1, -1, 1)
     step_y = (0, 1, 0, -1, 1, 1, -1, -1)
     passable = np.zeros(8, np.bool_)
+    per_row = 1.0 / nx
 
     n_touched = 1
     touched[0] = start
@@ -87,7 +88,8 @@ def search(
         if link[cell] & TARGET:
             settled += 1
         so_far = cost[cell]
-        ix, iy = cell % nx, cell // nx
+        iy = int((cell + 0.5) * per_row)
+        ix = cell - iy * nx
         for direction in range(8):
             jx, jy = ix + step_x[direction], iy + step_y[direction]
             passable[direction] = False
@@ -96,6 +98,10 @@ def search(
             if direction >= 4 and not (passable[direction - 4] and passable[(direction - 3) & 3]):
                 continue
             other = jy * nx + jx
+            known = cost[other]
+            if known <= so_far + STRAIGHT:  # no price makes this way cheaper
+                passable[direction] = True
+                continue
             step = entry(other, state, clearance_m, entry_cost, bins)
             if step == 0:
                 continue
@@ -103,9 +109,9 @@ def search(
             if direction >= 4:
                 step = (step * DIAGONAL) >> 10
             there = so_far + step
-            if there >= cost[other]:
+            if there >= known:
                 continue
-            if cost[other] == UNREACHED:
+            if known == UNREACHED:
                 touched[n_touched] = other
                 n_touched += 1
             cost[other] = there

@@ -77,7 +77,7 @@ class Terrain:
     def path(
         self, cells: NDArray[np.int32], cost_m: float, escape_cells: NDArray[np.int32], escape_radius_m: float
     ) -> Path:
-        """The path along the cells of a search, straightened; before it, as they are, those that lead to its start."""
+        """The path along the cells of a search, straightened, after those that lead to its start."""
         from occmap import planner_kernels as kernels
 
         nx = self.shape[1]
@@ -129,7 +129,7 @@ def price_list(
 
 
 def escape_price_list(truncate_m: float = 1.0) -> NDArray[np.int32]:
-    """(3 * bins,) the same for getting out of a place where no path may start: anything but occupied cells."""
+    """(3 * bins,) the same for getting out of where no path may start: anything but occupied cells."""
     from occmap.planner_kernels import BINS_PER_M, STRAIGHT
 
     clearance = np.arange(math.ceil(truncate_m * BINS_PER_M) + 1) / BINS_PER_M

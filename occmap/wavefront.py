@@ -49,12 +49,12 @@ class Wavefront:
 
     @property
     def cost_m(self) -> NDArray[np.float32]:
-        """(ny, nx) metres weighted by the soft cost near walls, inf where out of reach. Costs the whole map."""
+        """(ny, nx) metres weighted by the soft cost near walls, inf out of reach. Costs the whole map."""
         self._check()
         return self._metres(self.memory.cost).reshape(self.terrain.shape)
 
     def fixed_point(self) -> tuple[NDArray[np.int32], int]:
-        """The costs as the search keeps them, (ny, nx), not copied, and the bound below which a cell is reached."""
+        """Costs as the search keeps them, (ny, nx), no copy, and the bound below which a cell is reached."""
         self._check()
         return self.memory.cost.reshape(self.terrain.shape), self.exact_below
 

@@ -1,4 +1,4 @@
-"""A disc on two wheels among boxes: enough of a world to drive planner and follower through, without physics."""
+"""A disc on two wheels among boxes: enough of a world to drive planner and follower through."""
 
 import math
 from dataclasses import dataclass
@@ -43,7 +43,7 @@ class KinematicWorld:
         return float(np.hypot(dx, dy).min()) - BODY_RADIUS_M
 
     def scan(self, beams=360, max_range_m=12.0):
-        """Exact ranges to the boxes by slabs, with the default noise: 2 cm + 0.5 %, dropouts, shorts, misses."""
+        """Ranges to the boxes, exact but for the default noise: 2 cm + 0.5 %, dropouts, shorts, misses."""
         bearings = np.linspace(-math.pi, math.pi, beams, endpoint=False)
         angles = bearings + self.pose.yaw_rad
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -109,6 +109,11 @@ class Mind:
         scan = self.world.scan()
         self.clearance.update(self.grid, self.mapper.insert(scan, self.map_from_robot, self.grid))
         return scan
+
+    def look(self, scans=8):
+        """Stand and look: one miss does not make a cell free."""
+        for _ in range(scans):
+            self.see()
 
     def plan(self, goal_in_world):
         goal = self.map_from_world.apply(np.array([goal_in_world]))

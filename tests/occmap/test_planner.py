@@ -8,6 +8,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from occmap.grid import Belief, GridConfig, OccupancyGrid
 from occmap.planner import Planner, PlannerConfig
+from tests.ascii_maps import ascii_grid
 
 
 def believed(occupied, resolution_m=0.05, unknown=None):
@@ -20,7 +21,9 @@ def believed(occupied, resolution_m=0.05, unknown=None):
     grid.state[:] = np.where(occupied, Belief.OCCUPIED, Belief.FREE)
     if unknown is not None:
         grid.state[unknown] = Belief.UNKNOWN
-    distance = distance_transform_edt(~occupied) if occupied.any() else np.full(occupied.shape, np.inf)
+    distance = np.full(occupied.shape, np.inf)
+    if occupied.any():
+        distance = np.asarray(distance_transform_edt(~occupied))
     clearance = np.clip(distance * resolution_m - 0.5 * resolution_m, 0.0, 1.0)
     clearance[occupied] = 0.0
     return grid, clearance.astype(np.float32)
@@ -75,3 +78,219 @@ def test_flood_and_a_star_cost_what_dijkstra_says(seed):
         path = planner.plan(grid, clearance, (8, 8), goal[None])
         assert path is not None
         np.testing.assert_allclose(path.cost_m, expected[goal[1], goal[0]], rtol=1e-6)
+
+
+def test_a_second_search_finds_the_same_after_the_first_was_forgotten():
+    grid, clearance = believed(clutter(np.random.default_rng(7)))
+    planner = Planner()
+    first = planner.flood(grid, clearance, (8, 8)).cost_m
+    planner.flood(grid, clearance, (10, 10), within_m=0.5)
+    planner.plan(grid, clearance, (8, 8), np.array([[9, 9]]))
+    np.testing.assert_array_equal(planner.flood(grid, clearance, (8, 8)).cost_m, first)
+
+
+def test_a_flood_may_end_early_and_is_exact_where_it_got():
+    grid, clearance = believed(clutter(np.random.default_rng(3)))
+    planner = Planner()
+    full = planner.flood(grid, clearance, (8, 8)).cost_m
+    bounded = planner.flood(grid, clearance, (8, 8), within_m=1.5)
+    reached = np.isfinite(bounded.cost_m)
+    assert not bounded.is_exhausted
+    np.testing.assert_array_equal(bounded.cost_m[reached], full[reached])
+    assert np.array_equal(reached, full <= bounded.cost_m[reached].max())
+    assert 1.5 <= bounded.cost_m[reached].max() < 1.7
+
+    near, far = np.argwhere((full > 0.5) & (full < 0.6))[0][::-1], np.argwhere(np.isfinite(full))[-1][::-1]
+    one = planner.flood(grid, clearance, (8, 8), targets=np.array([near, far]), want=1)
+    assert np.isfinite(one.cost_at(near[None])[0])
+    assert one.n_reached < np.isfinite(full).sum()
+    both = planner.flood(grid, clearance, (8, 8), targets=np.array([near, far]))
+    np.testing.assert_array_equal(
+        both.cost_at(np.array([near, far])), full[[near[1], far[1]], [near[0], far[0]]]
+    )
+
+
+def test_a_wavefront_is_void_once_its_planner_has_searched_again():
+    grid, clearance = believed(clutter(np.random.default_rng(3)))
+    planner = Planner()
+    wave = planner.flood(grid, clearance, (8, 8))
+    planner.flood(grid, clearance, (9, 9))
+    with pytest.raises(ValueError, match="void"):
+        wave.path_to((9, 9))
+
+
+def test_the_nearest_of_several_goals_is_chosen_and_none_is_none():
+    grid, clearance = believed(clutter(np.random.default_rng(1)))
+    planner = Planner()
+    costs = planner.flood(grid, clearance, (8, 8)).cost_m
+    goals = np.argwhere(np.isfinite(costs))[:: costs.size // 20, ::-1]
+    path = planner.plan(grid, clearance, (8, 8), goals)
+    assert path is not None
+    assert path.cost_m == pytest.approx(costs[goals[:, 1], goals[:, 0]].min())
+    assert planner.plan(grid, clearance, (8, 8), np.array([[0, 0]])) is None
+    assert planner.plan(grid, clearance, (8, 8), np.array([[500, -3]])) is None
+
+
+def open_room(nx, ny):
+    occupied = np.zeros((ny, nx), bool)
+    occupied[[0, -1]] = occupied[:, [0, -1]] = True
+    return occupied
+
+
+def test_across_an_open_room_the_path_is_straight():
+    grid, clearance = believed(open_room(160, 120))
+    path = Planner().plan(grid, clearance, (40, 40), np.array([[110, 73]]))
+    assert path is not None
+    assert path.length_m == pytest.approx(0.05 * np.hypot(70, 33), rel=0.01)
+
+
+def wall_with_gap(gap_cells, gap_at=30):
+    occupied = open_room(100, 60)
+    occupied[:, 50] = True
+    occupied[gap_at : gap_at + gap_cells, 50] = False
+    return occupied
+
+
+def test_paths_keep_their_distance_where_there_is_room():
+    grid, clearance = believed(wall_with_gap(24))
+    path = Planner().plan(grid, clearance, (20, 10), np.array([[80, 10]]))
+    assert path is not None
+    along = np.linspace(0.0, path.length_m, 500)
+    points = np.column_stack([np.interp(along, path.stations_m, path.waypoints_in_map[:, k]) for k in (0, 1)])
+    ix, iy = grid.frame.cell_from_map(points).T
+    assert clearance[iy, ix].min() >= 0.26
+    assert path.keep_clear_m == pytest.approx(0.21)
+
+
+@pytest.mark.parametrize(("gap_cells", "is_passed"), [(4, False), (5, True), (6, True), (7, True), (9, True)])
+def test_a_gap_painted_narrower_than_the_body_is_still_tried(gap_cells, is_passed):
+    """0.44 m lose up to 6 cm on either side to painting: 6 cells are left at worst; see PlannerConfig."""
+    grid, clearance = believed(wall_with_gap(gap_cells))
+    path = Planner().plan(grid, clearance, (20, 30), np.array([[80, 30]]))
+    assert (path is not None) == is_passed
+
+
+def test_a_detour_is_preferred_to_a_gap_narrower_than_comfortable():
+    occupied = wall_with_gap(7)
+    occupied[45:58, 50] = False
+    grid, clearance = believed(occupied)
+    path = Planner().plan(grid, clearance, (30, 20), np.array([[70, 20]]))
+    assert path is not None
+    assert path.length_m > 2.5  # 2.0 straight
+    assert path.keep_clear_m == pytest.approx(0.21)
+
+
+def bodiless():
+    """A planner for a point: wherever a cell is free it goes, so that pictures may be small."""
+    return Planner(PlannerConfig(body_radius_m=0.001, comfortable_margin_m=0.002, keep_margin_m=0.0))
+
+
+@pytest.mark.parametrize(
+    ("picture", "is_reached"),
+    [
+        ("""..?..
+            ..?..
+            ..?..""", False),  # unknown is not free
+        ("""..#..
+            ..#..
+            ....?""", True),
+        ("""..#..
+            .?#..
+            ...#.""", False),  # a diagonal step needs both neighbours
+        ("""...?.
+            .....
+            ?#?..""", True),
+    ],
+)  # fmt: skip
+def test_unknown_cells_are_not_crossed_and_corners_are_not_cut(picture, is_reached):
+    grid = ascii_grid(picture)
+    clearance = believed(grid.state == Belief.OCCUPIED)[1]
+    wave = bodiless().flood(grid, clearance, (0, 1))
+    assert np.isfinite(wave.cost_at(np.array([[4, 1]]))[0]) == is_reached
+
+
+def test_a_path_outlives_noise_and_is_void_when_something_stands_on_it():
+    occupied = open_room(120, 60)
+    grid, clearance = believed(occupied)
+    planner = Planner()
+    path = planner.plan(grid, clearance, (10, 30), np.array([[105, 30]]))
+    assert path is not None
+    assert not planner.is_blocked(path, grid, clearance)
+    beside = occupied.copy()
+    beside[35, 60] = True  # 0.225 m clear: less than comfortable, more than the body and 4 cm
+    assert not planner.is_blocked(path, *believed(beside))
+    beside[34, 60] = True
+    assert planner.is_blocked(path, *believed(beside))
+    assert not planner.is_blocked(path, *believed(beside), from_m=4.0)
+
+
+def test_a_start_inside_inflation_leads_out_first():
+    grid, clearance = believed(open_room(80, 60))
+    planner = Planner()
+    wave = planner.flood(grid, clearance, (1, 30))
+    assert wave.start_moved
+    assert clearance[wave.start_cell[1], wave.start_cell[0]] >= 0.12
+    path = wave.path_to((60, 30))
+    assert path is not None
+    assert grid.frame.cell_at(*path.waypoints_in_map[0]) == (1, 30)
+    assert 0.15 < path.escape_m < 0.35
+    assert not planner.is_blocked(path, grid, clearance)
+    assert np.hypot(*np.subtract(wave.start_cell, (1, 30))) < 4
+    out = planner.escape(grid, clearance, (1, 30))
+    assert out is not None
+    assert grid.frame.cell_at(*out.goal) == wave.start_cell
+    assert planner.escape(grid, clearance, (40, 30)) is None
+
+
+def test_an_escape_does_not_lead_through_a_wall():
+    occupied = open_room(80, 60)
+    occupied[:, 40] = True
+    grid, clearance = believed(occupied)
+    wave = Planner().flood(grid, clearance, (39, 30))
+    assert wave.start_cell[0] < 39
+    assert not np.isfinite(wave.cost_at(np.array([[60, 30]]))[0])
+
+
+def test_from_an_island_made_by_noise_the_flood_starts_on_the_mainland():
+    occupied = open_room(80, 60)
+    unknown = np.zeros_like(occupied)
+    unknown[25:36, 35:46] = True
+    unknown[29:32, 39:42] = False
+    grid, clearance = believed(occupied, unknown=unknown)
+    wave = Planner().flood(grid, clearance, (40, 30))
+    assert wave.start_moved
+    assert np.isfinite(wave.cost_at(np.array([[60, 30]]))[0])
+
+
+def test_a_closed_closet_is_not_taken_for_an_island():
+    occupied = open_room(80, 60)
+    occupied[20:41, 30] = occupied[20:41, 50] = occupied[20, 30:51] = occupied[40, 30:51] = True
+    grid, clearance = believed(occupied)
+    wave = Planner().flood(grid, clearance, (40, 30))
+    assert not wave.start_moved
+    assert wave.is_exhausted
+    assert not np.isfinite(wave.cost_at(np.array([[10, 10]]))[0])
+
+
+@pytest.mark.parametrize("resolution_m", [0.02, 0.05, 0.1, 0.2])
+def test_a_doorway_is_passed_at_every_resolution(resolution_m):
+    n = round(4.0 / resolution_m)
+    occupied = open_room(n, n)
+    occupied[:, n // 2] = True
+    half = round(0.35 / resolution_m)
+    occupied[n // 2 - half : n // 2 + half, n // 2] = False
+    grid, clearance = believed(occupied, resolution_m)
+    goal = grid.frame.cell_from_map(np.array([[3.2, 2.0]]))
+    assert Planner().plan(grid, clearance, grid.frame.cell_at(0.8, 2.0), goal) is not None
+
+
+def test_nonsense_is_refused():
+    with pytest.raises(ValueError, match="body_radius_m must be positive, got -1"):
+        PlannerConfig(body_radius_m=-1.0)
+    with pytest.raises(ValueError, match="keep_margin_m < comfortable_margin_m"):
+        PlannerConfig(keep_margin_m=0.2)
+    grid, clearance = believed(open_room(20, 20))
+    with pytest.raises(ValueError, match="outside the grid"):
+        Planner().flood(grid, clearance, (20, 3))
+    with pytest.raises(ValueError, match="must match the grid"):
+        Planner().flood(grid, clearance[1:], (3, 3))

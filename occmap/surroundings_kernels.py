@@ -1,0 +1,133 @@
+"""What a scan leaves free around the robot, in its own frame: hits (n, 2) are where its beams ended."""
+
+import math
+
+import numpy as np
+from numba import njit
+
+
+@njit(cache=True)
+def near_hits(
+    ranges_m,
+    bearings_rad,
+    low_m,
+    high_m,
+    reach_m,
+    gate_m,
+    half_window,
+    lidar_x,
+    lidar_y,
+    lidar_yaw,
+    hits,
+    lone,
+):
+    """The scan's end points within reach_m of the lidar, their noise averaged over neighbours.
+
+    Neighbours are beams within half_window whose range differs by less than gate_m. End points with a
+    neighbour go to `hits` (n, 2), those without one, specks or things thinner than the beams are
+    apart, to `lone`. Returns how many of each. O(beams).
+    """
+    n = len(ranges_m)
+    n_hits, n_lone = 0, 0
+    for i in range(n):
+        r = ranges_m[i]
+        if not (low_m <= r <= reach_m and r < high_m):
+            continue
+        total, count = r, 1
+        for k in range(-half_window, half_window + 1):
+            other = ranges_m[(i + k) % n]
+            if k != 0 and abs(other - r) < gate_m:
+                total += other
+                count += 1
+        bearing = bearings_rad[i] + lidar_yaw
+        x = lidar_x + total / count * math.cos(bearing)
+        y = lidar_y + total / count * math.sin(bearing)
+        if count > 1:
+            hits[n_hits, 0], hits[n_hits, 1] = x, y
+            n_hits += 1
+        else:
+            lone[n_lone, 0], lone[n_lone, 1] = x, y
+            n_lone += 1
+    return n_hits, n_lone
+
+
+@njit(cache=True)
+def keep_believed(
+    lone, n_lone, hits, n_hits, x, y, yaw, clearance_m, origin_x, origin_y, resolution_m, near_m
+):
+    """Append to `hits` the lone end points that the map has something near_m from; the new count.
+
+    Points are in the frame of the pose (x, y, yaw). The others are spurious returns, in this scan
+    and no other. O(lone).
+    """
+    ny, nx = clearance_m.shape
+    c, s = math.cos(yaw), math.sin(yaw)
+    for k in range(n_lone):
+        ix = math.floor((x + c * lone[k, 0] - s * lone[k, 1] - origin_x) / resolution_m)
+        iy = math.floor((y + s * lone[k, 0] + c * lone[k, 1] - origin_y) / resolution_m)
+        if 0 <= ix < nx and 0 <= iy < ny and clearance_m[iy, ix] <= near_m:
+            hits[n_hits] = lone[k]
+            n_hits += 1
+    return n_hits
+
+
+@njit(cache=True)
+def least_distance(x, y, hits):
+    """From a point to the nearest hit, inf if there is none. O(hits)."""
+    least = np.inf
+    for k in range(len(hits)):
+        dx, dy = hits[k, 0] - x, hits[k, 1] - y
+        least = min(least, dx * dx + dy * dy)
+    return math.sqrt(least)
+
+
+@njit(cache=True, inline="always")
+def _ramp(value, target, most):
+    return value + min(max(target - value, -most), most)
+
+
+@njit(cache=True)
+def is_free(v, w, v_command, w_command, hold_s, v_ramp, w_ramp, hits, safe_m):
+    """Whether a command, held for hold_s and followed by braking to a stop, hits nothing.
+
+    The twist (v, w) ramps as the base's does. The axis must stay safe_m from all hits; a robot that
+    stands nearer already may move as long as it comes no nearer to anything than it is. O(steps * hits).
+    """
+    dt = 0.05
+    x, y, yaw = 0.0, 0.0, 0.0
+    need = min(safe_m, least_distance(0.0, 0.0, hits))
+    hold = round(hold_s / dt)
+    for step in range(hold + 40):
+        is_braking = step >= hold
+        v = _ramp(v, 0.0 if is_braking else v_command, v_ramp * dt)
+        w = _ramp(w, 0.0 if is_braking else w_command, w_ramp * dt)
+        if is_braking and v == 0.0:
+            return True
+        x += v * dt * math.cos(yaw + 0.5 * w * dt)
+        y += v * dt * math.sin(yaw + 0.5 * w * dt)
+        yaw += w * dt
+        if least_distance(x, y, hits) < need:
+            return False
+    return True
+
+
+@njit(cache=True)
+def free_bearing(bearing, widest, reach_m, hits, safe_m):
+    """The direction nearest to `bearing`, at most `widest` off, in which reach_m are free; nan if none.
+
+    Free as in `is_free`. A coarse vector field histogram (Borenstein and Koren 1991). O(directions * hits).
+    """
+    # a little more than `is_free` asks for, so that what is chosen here passes there
+    need = min(safe_m, least_distance(0.0, 0.0, hits)) + 0.002
+    step = 0.1
+    for i in range(2 * int(widest / step) + 1):
+        direction = bearing + step * ((i + 1) // 2) * (1.0 if i % 2 else -1.0)
+        is_clear = True
+        for k in range(1, 9):
+            along = reach_m * k / 8
+            if least_distance(along * math.cos(direction), along * math.sin(direction), hits) < need:
+                is_clear = False
+                break
+        if is_clear:
+            return direction
+    return np.nan

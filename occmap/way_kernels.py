@@ -1,0 +1,176 @@
+"""The way ahead of the robot: samples (m, 2) of its path, in its own frame but for `place_on_path`."""
+
+import math
+
+import numpy as np
+from numba import njit
+
+
+@njit(cache=True)
+def place_on_path(points, stations_m, x, y, low_m, high_m):
+    """Where a polyline (n, 2) passes nearest to (x, y): metres along it, in [low_m, high_m], and how far off.
+
+    O(n).
+    """
+    best_m, best = min(max(low_m, 0.0), stations_m[-1]), np.inf
+    if len(points) == 1:
+        return 0.0, math.hypot(points[0, 0] - x, points[0, 1] - y)
+    for k in range(len(points) - 1):
+        begin, end = stations_m[k], stations_m[k + 1]
+        if end < low_m or begin > high_m or end <= begin:
+            continue
+        dx, dy = (
+            (points[k + 1, 0] - points[k, 0]) / (end - begin),
+            (points[k + 1, 1] - points[k, 1]) / (end - begin),
+        )
+        along = (x - points[k, 0]) * dx + (y - points[k, 1]) * dy
+        along = min(max(along, max(0.0, low_m - begin)), min(end, high_m) - begin)
+        away = math.hypot(points[k, 0] + along * dx - x, points[k, 1] + along * dy - y)
+        if away < best:
+            best, best_m = away, begin + along
+    return best_m, best
+
+
+@njit(cache=True)
+def sample_path(points, stations_m, from_m, spacing_m, x, y, yaw, way):
+    """Fill `way` (m, 2) with the path from from_m on, in the pose's frame; how many till it ends. O(n + m)."""
+    c, s = math.cos(yaw), math.sin(yaw)
+    last = len(points) - 1
+    k, n = 0, 0
+    for j in range(len(way)):
+        at = min(from_m + j * spacing_m, stations_m[last])
+        while k < last - 1 and stations_m[k + 1] < at:
+            k += 1
+        px, py = points[k, 0], points[k, 1]
+        if last > 0 and stations_m[k + 1] > stations_m[k]:
+            share = (at - stations_m[k]) / (stations_m[k + 1] - stations_m[k])
+            px += share * (points[k + 1, 0] - px)
+            py += share * (points[k + 1, 1] - py)
+        way[n, 0] = c * (px - x) + s * (py - y)
+        way[n, 1] = -s * (px - x) + c * (py - y)
+        n += 1
+        if at >= stations_m[last]:
+            break
+    return n
+
+
+@njit(cache=True, inline="always")
+def _tangent(way, j):
+    """Unit vector along the way at a sample."""
+    a, b = max(j - 2, 0), min(j + 2, len(way) - 1)
+    tx, ty = way[b, 0] - way[a, 0], way[b, 1] - way[a, 1]
+    length = max(math.hypot(tx, ty), 1e-9)
+    return tx / length, ty / length
+
+
+@njit(cache=True)
+def rooms(way, hits, beside_m, reach_m):
+    """(m, 3) from each sample to the nearest hit on its left, on its right (no more than beside_m ahead or
+    behind) and anywhere; at most reach_m. O(samples * hits).
+    """
+    room = np.empty((len(way), 3))
+    for j in range(len(way)):
+        tx, ty = _tangent(way, j)
+        on_left = on_right = nearest = reach_m * reach_m
+        for k in range(len(hits)):
+            dx, dy = hits[k, 0] - way[j, 0], hits[k, 1] - way[j, 1]
+            square = dx * dx + dy * dy
+            if square >= reach_m * reach_m:
+                continue
+            nearest = min(nearest, square)
+            if abs(dx * tx + dy * ty) < beside_m:
+                if tx * dy - ty * dx > 0.0:
+                    on_left = min(on_left, square)
+                else:
+                    on_right = min(on_right, square)
+        room[j, 0], room[j, 1], room[j, 2] = math.sqrt(on_left), math.sqrt(on_right), math.sqrt(nearest)
+    return room
+
+
+@njit(cache=True)
+def centre(way, hits, beside_m, roomy_m, most_m, reach):
+    """Shift the way to the middle of what it squeezes through, as the scan sees it: cells are too coarse.
+
+    Each sample moves by half the difference of its rooms (more than roomy_m counts as roomy_m), at most
+    most_m, as the tightest place within `reach` samples asks for: so the robot is lined up before it
+    is in the gap. O(samples * hits).
+    """
+    room = rooms(way, hits, beside_m, roomy_m)
+    shift = np.zeros(len(way))
+    for j in range(len(way)):
+        tightest = np.inf
+        for k in range(max(j - reach, 0), min(j + reach + 1, len(way))):
+            if room[k, 0] + room[k, 1] < tightest:
+                tightest = room[k, 0] + room[k, 1]
+                shift[j] = 0.5 * (room[k, 0] - room[k, 1])
+        shift[j] = min(max(shift[j], -most_m), most_m)
+    moved = np.empty_like(way)
+    for j in range(len(way)):
+        tx, ty = _tangent(way, j)
+        smooth = shift[max(j - reach // 2, 0) : j + reach // 2 + 1].mean()
+        moved[j, 0] = way[j, 0] - ty * smooth
+        moved[j, 1] = way[j, 1] + tx * smooth
+    way[:] = moved
+
+
+@njit(cache=True)
+def speed_limit(way, room, spacing_m, top, slow, near_m, roomy_m, turn_radps, brake):
+    """The speed from which the way can be driven: slow past obstacles and round bends, braking in good time.
+
+    Past something near_m away at `slow`, from roomy_m on at `top` (within the next 0.5 m); round a bend
+    so that the turn rate stays below turn_radps. O(samples).
+    """
+    limit = top
+    half = 4
+    for j in range(len(way)):
+        here = top
+        if j * spacing_m <= 0.5:
+            share = min(max((room[j, 2] - near_m) / (roomy_m - near_m), 0.0), 1.0)
+            here = slow + (top - slow) * share
+        if half <= j < len(way) - half:
+            ax, ay = way[j, 0] - way[j - half, 0], way[j, 1] - way[j - half, 1]
+            bx, by = way[j + half, 0] - way[j, 0], way[j + half, 1] - way[j, 1]
+            angle = abs(math.atan2(ax * by - ay * bx, ax * bx + ay * by))
+            if angle > 0.1:
+                here = min(here, max(slow, turn_radps * half * spacing_m / angle))
+        limit = min(limit, math.sqrt(here * here + 2.0 * brake * max(j - 2, 0) * spacing_m))
+    return limit
+
+
+@njit(cache=True)
+def alignment(way, room, tight_m, reach):
+    """How well the robot is lined up with the first of `reach` samples that has less room than tight_m.
+
+    1 on the line through it and along it, falling to 0 at 0.12 m beside or 0.6 rad across; 1 if there
+    is no such place. O(reach).
+    """
+    for j in range(min(len(way), reach)):
+        if room[j, 2] < tight_m:
+            tx, ty = _tangent(way, j)
+            beside = abs(tx * way[j, 1] - ty * way[j, 0])
+            across = abs(math.atan2(ty, tx))
+            return max(1.0 - max(beside / 0.12, across / 0.6), 0.0)
+    return 1.0
+
+
+@njit(cache=True)
+def farthest_aim(way, hits, spacing_m, nearest_m, farthest_m, need_m):
+    """Index of the farthest sample to which the straight line keeps need_m from all hits. O(samples * hits).
+
+    Between nearest_m and farthest_m along the way; the first of them if none does: a carrot seen
+    across a corner would have the robot cut it.
+    """
+    first = min(int(nearest_m / spacing_m), len(way) - 1)
+    for j in range(min(int(farthest_m / spacing_m), len(way) - 1), first, -1):
+        x, y = way[j, 0], way[j, 1]
+        square = max(x * x + y * y, 1e-9)
+        is_clear = True
+        for k in range(len(hits)):
+            share = min(max((hits[k, 0] * x + hits[k, 1] * y) / square, 0.0), 1.0)
+            dx, dy = hits[k, 0] - share * x, hits[k, 1] - share * y
+            if dx * dx + dy * dy < need_m * need_m and share > 0.0:
+                is_clear = False
+                break
+        if is_clear:
+            return j
+    return first
