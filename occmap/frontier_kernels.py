@@ -110,6 +110,13 @@ def extent(cells, nx):
 
 
 @njit(cache=True)
+def paint(flat, cells, mark):
+    """Give all cells a mark. O(cells)."""
+    for k in range(cells.shape[0]):
+        flat[cells[k]] = mark
+
+
+@njit(cache=True)
 def halve(mask, cells, room):
     """Cut a connected set of FLOODED cells in two between its far ends; reorders cells, marks them DONE.
 
@@ -134,7 +141,7 @@ def halve(mask, cells, room):
         else:
             high -= 1
             cells[high] = room[k]
-    flat[cells] = DONE
+    paint(flat, cells, DONE)
     return low
 
 
@@ -158,11 +165,11 @@ def cluster(mask, listed, max_extent):
         while waiting:  # the piece at hand is order[start : the nearest cut]
             piece = order[start : cuts[waiting - 1]]
             if extent(piece, nx) > max_extent:
-                flat[piece] = FLOODED
+                paint(flat, piece, FLOODED)
                 cuts[waiting] = start + halve(mask, piece, room)
                 waiting += 1
             else:
-                flat[piece] = DONE
+                paint(flat, piece, DONE)
                 waiting -= 1
                 ends[groups] = start = cuts[waiting]
                 groups += 1
@@ -181,6 +188,7 @@ def summarise(flat, order, ends, nx):
             cells[k, 0], cells[k, 1] = order[k] % nx, order[k] // nx
             centroids[group, 0] += cells[k, 0]
             centroids[group, 1] += cells[k, 1]
-        centroids[group] /= ends[group] - start
+        centroids[group, 0] /= ends[group] - start
+        centroids[group, 1] /= ends[group] - start
         start = ends[group]
     return cells, ends.copy(), centroids

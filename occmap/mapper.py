@@ -91,25 +91,20 @@ class Mapper:
         """Votes into belief, in one kernel call; returns how many changes are listed in _flips and _was."""
         model = self._model(grid)
         hits = np.empty((len(hit) * _most_hits(patch, model), 2), np.int64)
-        return self._kernels.integrate(
-            self._window,
-            patch,
-            grid.log_odds,
-            grid.state,
-            in_window,
-            hit,
-            model,
-            hits,
-            self._flips,
-            self._was,
-        )
+        kernels, is_cone = self._kernels, model.half_width > 0.0
+        integrate = kernels.integrate_cones if is_cone else kernels.integrate_lines
+        beliefs = grid.log_odds, grid.state
+        return integrate(self._window, patch, *beliefs, in_window, hit, model, hits, self._flips, self._was)
 
     def _beams_in_map(self, scan: Scan, map_from_lidar: Pose2, resolution_m: float):
         """Sensor and beam ends (1 + n, 2) in metres, which ends are hits (n,), and a box around all votes."""
         if len(scan.ranges_m) > MAX_BEAMS:
             raise ValueError(f"a scan may have at most {MAX_BEAMS} beams, got {len(scan.ranges_m)}")
         reach_m = min(scan.max_range_m, self.config.usable_range_m)
-        bearings_rad, ranges_m = scan.bearings_rad, scan.ranges_m
+        if math.isinf(reach_m):
+            raise ValueError(f"a beam that met nothing frees max_range_m: it must be finite, got {reach_m}")
+        bearings_rad = np.ascontiguousarray(scan.bearings_rad, np.float64)
+        ranges_m = np.ascontiguousarray(scan.ranges_m, np.float64)
         if (bearings_rad[1:] < bearings_rad[:-1]).any():  # neighbours must be neighbours
             order = np.argsort(bearings_rad, kind="stable")
             bearings_rad, ranges_m = bearings_rad[order], ranges_m[order]

@@ -67,8 +67,9 @@ def lines(window, stride, points, hit, alpha, hits):
         hits[n_hits, 0], hits[n_hits, 1] = ix1, iy1
         n_hits += 1
         if depth > 0.0:
-            for cell in ray_cells(ix1, iy1, math.floor(end_x + deep_x), math.floor(end_y + deep_y))[1:]:
-                hits[n_hits] = cell
+            band = ray_cells(ix1, iy1, math.floor(end_x + deep_x), math.floor(end_y + deep_y))
+            for i in range(1, band.shape[0]):
+                hits[n_hits, 0], hits[n_hits, 1] = band[i, 0], band[i, 1]
                 n_hits += 1
     return n_hits
 

@@ -344,6 +344,20 @@ def test_a_grid_swapped_in_whole_reports_all_that_it_knows():
     assert len(change.flat_cells) == np.count_nonzero(grid.state)
 
 
+def test_a_sensor_of_endless_range_is_refused_unless_told_how_far_to_use_it():
+    endless = beams(AHEAD, [math.inf], max_range_m=math.inf)
+    with pytest.raises(ValueError, match="must be finite"):
+        Mapper().insert(endless, Pose2.identity(), OccupancyGrid())
+    Mapper(SensorModelConfig(usable_range_m=5.0)).insert(endless, Pose2.identity(), OccupancyGrid())
+
+
+def test_single_precision_scans_are_taken_too():
+    mapper, grid = Mapper(), OccupancyGrid()
+    scan = Scan(np.zeros(2, np.float32)[::2], np.full(2, 3.0, np.float32)[::2], 12.0)
+    mapper.insert(scan, Pose2(0.01, 0.01, 0.0), grid)
+    assert at(grid, 3.02, 0.01) == pytest.approx(HIT)
+
+
 def test_a_scan_of_more_beams_than_can_be_counted_is_refused():
     with pytest.raises(ValueError, match="at most 65534 beams, got 70000"):
         Mapper().insert(beams(np.zeros(70_000), np.ones(70_000)), Pose2.identity(), OccupancyGrid())
