@@ -138,6 +138,12 @@ def test_broken_lines_are_reported_and_the_rest_is_mapped(tmp_path: Path, capsys
     assert summary["scans"] == 10
 
 
+def test_a_single_scan_is_a_log_too(tmp_path: Path):
+    (tmp_path / "one.log").write_text("FLASER 3 1.0 1.0 1.0 7 8 1 7 8 1 5.0 host 1\n")
+    assert main([str(tmp_path / "one.log"), "--out", str(tmp_path / "out"), "--no-record"]) == 0
+    assert len(read_tum(tmp_path / "out" / "trajectory.tum")) == 1
+
+
 def test_a_no_return_frees_nothing_unless_told_how_far():
     bearings = np.array([0.0, np.pi / 2])
     scan = Scan(bearings, np.array([2.0, np.inf]), 50.0)

@@ -1,6 +1,7 @@
 """ROS bags, written by the library that reads them."""
 
 import math
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -185,3 +186,10 @@ def test_what_is_no_bag_is_refused(tmp_path: Path):
     for name in ("no.mcap", "empty"):
         with pytest.raises(ValueError, match="cannot read the bag"):
             read_log(tmp_path / name)
+
+
+def test_without_the_extra_the_reader_says_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    path = bag(tmp_path / "bag", [(1.0, "/scan", laser_scan(1.0, RANGES))])
+    monkeypatch.setitem(sys.modules, "rosbags.highlevel", None)
+    with pytest.raises(ValueError, match=r"pip install 'occmap\[ros\]'"):
+        read_log(path)
