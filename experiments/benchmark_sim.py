@@ -10,7 +10,6 @@ import numpy as np
 from occmap.geometry import Twist2
 from occmap.scan import Scan
 from sim.building import Building
-from sim.faults import FaultsConfig
 from sim.lidar import Lidar, LidarConfig
 from sim.lidar_noise import LidarStreams
 from sim.odometry import Odometry
@@ -37,7 +36,7 @@ class SimSpeed:
 
 def benchmark_sim(building: Building, duration_s: float = 60.0, lidar: LidarConfig | None = None) -> SimSpeed:
     """Let a robot wander about a building by a rule that costs next to nothing."""
-    world = World(building, FaultsConfig())
+    world = World(building)
     robot = Robot(
         world,
         Lidar(world, LidarStreams.spawned(np.random.default_rng(0)), lidar),

@@ -56,15 +56,16 @@ class LidarConfig:
         return np.linspace(-half, half, self.beams) if self.beams > 1 else np.zeros(1)
 
 
+SPIN_PIECES = 8
+"""A spinning lidar casts its turn in so many pieces, each from one place: at 0.5 m/s and 10 Hz no beam starts
+more than 3.2 mm from where it should."""
+
+
 class Lidar:
     """Measures a world from the robot's `lidar` site.
 
     The body stays level within a fraction of a degree, so the lidar's plane is taken to be level.
     """
-
-    groups = 8
-    """A spinning lidar casts its turn in so many pieces, each from one place: at 0.5 m/s and 10 Hz no beam
-    starts more than 3.2 mm from where it should."""
 
     def __init__(self, world: World, streams: LidarStreams, config: LidarConfig | None = None) -> None:
         from sim.ray_scene import RayScene
@@ -97,7 +98,7 @@ class Lidar:
             return self._rays.cast(*world_from_lidar.position, angles, world.panels)
         x, y, yaw = self._lidar_poses(world).T
         angles = yaw + self.bearings_rad
-        pieces = np.array_split(np.arange(len(x)), min(self.groups, len(x)))
+        pieces = np.array_split(np.arange(len(x)), min(SPIN_PIECES, len(x)))
         return np.concatenate(
             [self._rays.cast(x[p].mean(), y[p].mean(), angles[p], world.panels) for p in pieces]
         )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from collections import deque
 
 import numpy as np
@@ -14,7 +15,7 @@ Floats = NDArray[np.float64]
 class Trail:
     """The last poses of a free body, to be read between the samples."""
 
-    def __init__(self, length: int = 64) -> None:
+    def __init__(self, length: int = 256) -> None:
         self._samples: deque[tuple[float, list[float]]] = deque(maxlen=length)
 
     def record(self, time_s: float, qpos: Floats) -> None:
@@ -24,7 +25,9 @@ class Trail:
     def at(self, times_s: Floats) -> Floats:
         """(n, 3) x, y and yaw at n times; the nearest sample where a time lies outside of the trail."""
         known_s = [time for time, _ in self._samples]
-        poses = np.array([(pose[0], pose[1], yaw_of(pose)) for _, pose in self._samples])
+        first = max(0, bisect_right(known_s, times_s.min()) - 1)  # nothing older is asked for
+        known_s, samples = known_s[first:], list(self._samples)[first:]
+        poses = np.array([(pose[0], pose[1], yaw_of(pose)) for _, pose in samples])
         poses[:, 2] = np.unwrap(poses[:, 2])
         return np.column_stack([np.interp(times_s, known_s, poses[:, axis]) for axis in range(3)])
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from occmap.geometry import Pose2, Twist2
-from sim.building import Box, Cylinder
+from sim.building import Box, Building, Cylinder
 from sim.faults import FaultsConfig
 from sim.lidar import LidarConfig
 from sim.lidar_noise import LidarNoise, LidarNoiseConfig, LidarStreams
@@ -57,6 +57,20 @@ def test_a_round_column_equals_trigonometry():
     expected = 3.0 * np.cos(bearing) - np.sqrt(0.25 - (3.0 * np.sin(bearing)) ** 2)
     found = scan.ranges_m[np.abs(scan.bearings_rad) < math.asin(0.5 / 3.0) - 1e-6]
     np.testing.assert_allclose(found, expected, atol=1e-9)
+
+
+def test_an_empty_world_is_free_as_far_as_the_lidar_reaches():
+    nowhere = Building("nowhere", "test", (-1.0, -1.0), (1.0, 1.0), (), Pose2.identity())
+    robot = robot_in(nowhere)
+    assert np.isinf(robot.sense().scan.ranges_m).all()
+    assert robot.truth().clearance_m == 5.0
+
+
+def test_low_solids_are_passed_over():
+    step = Box(3.0, 2.0, 0.2, 0.5, height_m=0.15)
+    assert robot_in(room(6.0, 4.0, Pose2(1.0, 2.0, 0.0), (step,))).sense().scan.ranges_m[
+        180
+    ] == pytest.approx(5.0)
 
 
 def test_what_is_out_of_range_is_inf():
