@@ -58,9 +58,9 @@ class Scorer:
             raise ValueError(f"nothing can be explored from {world_from_map}: no free cell is in sight")
         self._rim = explorable & rim(truth.wall)
         self._surface = surface(truth.wall, explorable)
-        self._read_at = np.flatnonzero(near(near(explorable)))
+        self._read_at = np.flatnonzero(near(near(explorable))).astype(np.int32)
         self._lattice_cells = self._cells_read()
-        self._wall_distance_m = np.asarray(ndimage.distance_transform_edt(~truth.wall)) * truth.resolution_m
+        self._cells_to_wall = np.asarray(ndimage.distance_transform_edt(~truth.wall), np.float32)
 
     @property
     def explorable_area_m2(self) -> float:
@@ -77,13 +77,18 @@ class Scorer:
         belief[self._read_at] = values
         return belief.reshape(self.explorable.shape)
 
-    def _cells_read(self) -> NDArray[np.int64]:
+    def _cells_read(self) -> NDArray[np.int32]:
         """(2, n) the map's cells (ix, iy), counted from its frame's origin, at the truth cells to be read."""
-        iy, ix = np.divmod(self._read_at, self.explorable.shape[1])
-        centres = self.truth.world_from_cell(np.column_stack((ix, iy)))
-        lattice = GridFrame(self.truth.resolution_m, (0.0, 0.0))
-        cells = lattice.cell_from_map(self.world_from_map.inverse().apply(centres))
-        return np.ascontiguousarray(cells.T)
+        lattice, map_from_world = (
+            GridFrame(self.truth.resolution_m, (0.0, 0.0)),
+            self.world_from_map.inverse(),
+        )
+        out = np.empty((2, len(self._read_at)), np.int32)
+        for block in np.array_split(np.arange(len(self._read_at)), 16):  # a building may have millions
+            iy, ix = np.divmod(self._read_at[block], self.explorable.shape[1])
+            centres = self.truth.world_from_cell(np.column_stack((ix, iy)))
+            out[:, block] = lattice.cell_from_map(map_from_world.apply(centres)).T
+        return out
 
     def unexplored(self, grid: OccupancyGrid) -> Mask:
         """Explorable cells that the map has not got: unknown, or taken for an obstacle off the rim."""
@@ -118,10 +123,10 @@ class Scorer:
             return math.nan, math.nan
         centres = self.world_from_map.apply(grid.frame.map_from_cell(np.column_stack((ix, iy))))
         cells = self.truth.cell_from_world(centres)
-        ny, nx = self._wall_distance_m.shape
+        ny, nx = self._cells_to_wall.shape
         nearest = np.clip(cells, 0, (nx - 1, ny - 1))
-        beyond_m = np.hypot(*(cells - nearest).T) * self.truth.resolution_m
-        error_m = self._wall_distance_m[nearest[:, 1], nearest[:, 0]] + beyond_m
+        beyond = np.hypot(*(cells - nearest).T)  # of a cell outside of the truth grid
+        error_m = (self._cells_to_wall[nearest[:, 1], nearest[:, 0]] + beyond) * self.truth.resolution_m
         return float(error_m.mean()), float(np.percentile(error_m, 95))
 
 
