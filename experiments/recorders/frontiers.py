@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from experiments.recorders import palette
 from occmap.geometry import Points
 
@@ -19,7 +21,9 @@ def cells_in_map(frontier: Frontier, resolution_m: float) -> Points:
     Laid out around the centroid: the cells count from wherever the grid began when the frontier was
     found, and it may have grown since.
     """
-    return (frontier.cells - frontier.cells.mean(axis=0)) * resolution_m + frontier.centroid_in_map
+    return (
+        frontier.cells - np.add.reduce(frontier.cells) / len(frontier.cells)
+    ) * resolution_m + frontier.centroid_in_map
 
 
 def frontier_colour(frontier: Frontier) -> palette.Rgb:

@@ -71,6 +71,7 @@ class RerunRecorder:
         self.config = config or RerunConfig()
         self._curve = curve
         self._tiles = BeliefTiles()
+        self._placed: set[tuple[int, int]] = set()  # tiles whose place is in the file
         self._motion = MotionColumns(self.config.rays, self.config.hits, self.config.quantum_m)
         self._rec = rr.RecordingStream("occmap", recording_id=uuid.uuid4())
         self._rec.save(path, default_blueprint=blueprint(building))
@@ -168,18 +169,22 @@ class RerunRecorder:
 
     def _log_tile(self, tile: Tile, resolution_m: float) -> None:
         image = tile.image()
-        self._rec.log(
-            f"world/map/belief/{tile.index[0]}_{tile.index[1]}",
-            rr.GridMap(
-                data=image.tobytes(),
-                format=rr.components.ImageFormat(
-                    width=image.shape[1], height=image.shape[0], color_model="L", channel_datatype="U8"
-                ),
-                cell_size=resolution_m,
-                translation=[*tile.low_m, 0.0],
-                colormap=rr.components.Colormap.RvizMap,
-            ),
-        )
+        entity = f"world/map/belief/{tile.index[0]}_{tile.index[1]}"
+        if tile.index not in self._placed:
+            self._placed.add(tile.index)
+            self._rec.log(entity, placing(tile, resolution_m), static=True)
+        self._rec.log(entity, rr.GridMap.from_fields(data=image.tobytes()))
+
+
+def placing(tile: Tile, resolution_m: float) -> rr.GridMap:
+    """Where a tile lies and how it is read: the same whatever it shows."""
+    height, width = tile.state.shape
+    return rr.GridMap.from_fields(
+        format=rr.components.ImageFormat(width=width, height=height, color_model="L", channel_datatype="U8"),
+        cell_size=resolution_m,
+        translation=[*tile.low_m, 0.0],
+        colormap=rr.components.Colormap.RvizMap,
+    )
 
 
 def viewpoint(decision: Decision) -> tuple[float, float] | None:

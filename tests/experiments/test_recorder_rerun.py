@@ -81,7 +81,8 @@ def test_the_belief_is_not_mirrored(recorded):
     shown = np.zeros(last.grid.shape, np.uint8)
     for entity in sorted(path for path in entities(chunks) if "/belief/" in path):
         blob = rows(chunks, entity, "GridMap:data")[-1][1][0]
-        x_m, y_m, _ = rows(chunks, entity, "GridMap:translation")[-1][1][0]
+        (placing,) = (c.to_record_batch() for c in chunks if c.entity_path == entity and c.is_static)
+        x_m, y_m, _ = placing.column("GridMap:translation").to_pylist()[0][0]
         side = round(len(blob) ** 0.5)
         image = np.array(blob, np.uint8).reshape(side, side)
         for row, column in np.argwhere(image != 255):
