@@ -1,0 +1,56 @@
+"""What the see-think-act loop costs, and what recording it adds."""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from collections import deque
+from collections.abc import Iterator
+from pathlib import Path
+
+from experiments.benchmark_figure import Figure
+from experiments.benchmark_sim import benchmark_sim
+from experiments.config import ExperimentConfig
+from experiments.episode import episode
+from experiments.experiment import prepare, warm_up
+from experiments.run import run
+from occmap.stopwatch import Stopwatch
+
+STAGES = ("physics", "lidar", "localization", "mapping", "frontiers", "planning")
+
+
+def loop(seed: int) -> Iterator[Figure]:
+    """The default office from beginning to end, and the world alone in the same office."""
+    experiment = prepare(ExperimentConfig(seed=seed))
+    warm_up(experiment.config)
+    robot, watch = experiment.robot, Stopwatch()
+    wall, cpu = time.perf_counter(), time.process_time()
+    (last,) = deque(episode(robot, experiment.explorer, experiment.config.time_limit_s, watch), maxlen=1)
+    wall_s, cpu_s = time.perf_counter() - wall, time.process_time() - cpu
+    alone = benchmark_sim(experiment.building).sim_seconds_per_cpu_second
+    yield Figure("whole loop, wall time", robot.time_s / wall_s, "x real time", "100")
+    yield Figure("whole loop, CPU time", robot.time_s / cpu_s, "x real time", "100")
+    yield Figure("physics and lidar alone, CPU time", alone, "x real time", "about 240")
+    yield Figure("whole loop / physics and lidar alone", alone * cpu_s / robot.time_s, "x CPU time")
+    for stage in STAGES:
+        yield Figure(f"  {stage}", 1e3 * watch.total_s(stage) / robot.time_s, "ms (wall) a simulated s")
+    yield Figure("explored", 100.0 * experiment.scorer.score(last.grid).explored, "%", "99.5")
+
+
+def recording(seed: int) -> Iterator[Figure]:
+    """Two minutes of the same office with the recording on."""
+    from experiments.recorders.rerun_recorder import RerunRecorder
+
+    experiment = prepare(ExperimentConfig(seed=seed, time_limit_s=120.0))
+    with tempfile.TemporaryDirectory() as place:
+        file = Path(place) / "recording.rrd"
+        truth, world_from_map = experiment.scorer.truth, experiment.world_from_map
+        done = run(
+            experiment,
+            lambda curve: [RerunRecorder(file, experiment.building, world_from_map, curve, truth)],
+        )
+        laps_s = done.stopwatch.laps_s["recording"]
+        yield Figure("recording", 1e3 * sum(laps_s) / len(laps_s), "ms a scan", "1")
+        yield Figure(
+            "recording's size", file.stat().st_size / 1e6 / done.end.time_s * 600.0, "MB in 10 min", "50"
+        )
