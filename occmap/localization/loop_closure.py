@@ -49,7 +49,7 @@ class LoopClosureConfig:
     """Standard deviation of a loop however many points agree."""
     floor_rad: float = 0.003
     """The same, of its turn."""
-    dcs_chi2: float = 12.0
+    dcs_chi2: float = 6.0
     """Loops that disagree more than this lose weight (dynamic covariance scaling)."""
 
 
@@ -163,7 +163,7 @@ class LoopCloser:
         if score <= c.least_score:
             self.log.append((older, younger, sigma_m, window_m, score, 0, 0, False))
             return None
-        match = self._matcher.refine(near, target, found, found, np.eye(3) * 1e-3)
+        match = self._matcher.refine(every(near, 0.1), target, found, found, np.eye(3) * 1e-3)
         conflict = self._conflict(target, query, match.submap_from_robot)
         ok = match.fit >= c.least_fit and conflict <= c.most_conflict
         self.log.append((older, younger, sigma_m, window_m, score, match.fit, conflict, ok))
@@ -247,12 +247,12 @@ class LoopCloser:
 
 
 def near_points(submap: Submap, radius_m: float) -> Points:
-    """(n, 2) the surfels seen at least twice, near the submap's centre."""
+    """(n, 2) the surfels seen at least twice, near the submap's centre; those seen most come first."""
     cloud = submap.cloud
     assert cloud is not None
     offset = cloud[:, :2] - np.asarray(submap.centre)
-    keep = ((offset * offset).sum(axis=1) < radius_m * radius_m) & (cloud[:, 5] >= 2.0)
-    return np.ascontiguousarray(cloud[keep, :2])
+    near = cloud[((offset * offset).sum(axis=1) < radius_m * radius_m) & (cloud[:, 5] >= 2.0)]
+    return np.ascontiguousarray(near[np.argsort(-near[:, 5], kind="stable"), :2])
 
 
 def every(points: Points, spacing_m: float) -> Points:

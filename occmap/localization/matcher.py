@@ -23,11 +23,11 @@ class MatcherConfig:
     """Score that a candidate sqrt(2) standard deviations off the prediction must make up for."""
     prior_cap: float = 0.06
     """The most score that the prediction can cost: wheels may be plain wrong."""
-    sigma_m: float = 0.10
+    sigma_m: float = 0.05
     """Standard deviation of one point's residual; above the sensor's, since neighbours err together."""
-    wide_m: float = 0.12
+    wide_m: float = 0.15
     """Scale of the robust loss at first."""
-    narrow_m: float = 0.05
+    narrow_m: float = 0.10
     """Scale of the robust loss in the end."""
     iterations: int = 6
     """Gauss-Newton steps at each scale, at most."""

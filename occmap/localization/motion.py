@@ -17,7 +17,7 @@ class MotionConfig:
     """Standard deviation of a step's translation, whatever its length."""
     sigma_m_per_m: float = 0.10
     """And of a metre travelled."""
-    sigma_rad: float = 0.008
+    sigma_rad: float = 0.006
     """Standard deviation of a step's turn."""
     sigma_rad_per_rad: float = 0.10
     """And of a radian turned."""

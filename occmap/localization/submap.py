@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 from occmap.geometry import Points, Pose2
 from occmap.scan import Scan
 
+COLUMNS = 6
+"""Of a surfel's row, see surfel_kernels."""
+
 
 @dataclass(frozen=True)
 class SubmapConfig:
@@ -18,7 +21,7 @@ class SubmapConfig:
 
     cell_m: float = 0.05
     """Side of a cell of the raster that the correlative search scores on."""
-    voxel_m: float = 0.10
+    voxel_m: float = 0.06
     """Points within one voxel are averaged into one surfel."""
     spread_m: float = 0.06
     """Standard deviation of the peak that a point leaves on the raster."""
@@ -79,13 +82,13 @@ class SurfelMap:
         nx = math.ceil((high_m[0] - low_m[0]) / config.voxel_m) + 1
         ny = math.ceil((high_m[1] - low_m[1]) / config.voxel_m) + 1
         self.index = np.full((ny, nx), -1, np.int32)
-        self.rows = np.zeros((1024, 6))
+        self.rows = np.zeros((1024, COLUMNS))
         self.size = 0
 
     def insert(self, points: Points) -> None:
         """Averages in points (n, 2) of the submap's frame."""
         if self.size + len(points) > len(self.rows):
-            self.rows = np.concatenate((self.rows, np.zeros((max(len(self.rows), len(points)), 6))))
+            self.rows = np.concatenate((self.rows, np.zeros((max(len(self.rows), len(points)), COLUMNS))))
         self.size = self._kernels.insert(
             self.index, self.rows, self.size, points, *self.origin_m, self.voxels_per_m
         )
@@ -94,7 +97,7 @@ class SurfelMap:
         self._kernels.renew_normals(self.index, self.rows, self.size, *self.origin_m, self.voxels_per_m)
 
     def adopt(self, rows: NDArray[np.float64]) -> None:
-        """Takes over the finished surfels (n, 6) of another map of the same frame and voxels."""
+        """Takes over the finished surfels (n, COLUMNS) of another map of the same frame and voxels."""
         self.rows, self.size = rows, len(rows)
         self._kernels.reindex(self.index, rows, *self.origin_m, self.voxels_per_m)
 
@@ -116,7 +119,7 @@ class Submap:
     information: NDArray[np.float64]  # (3, 3) of previous_from_submap, in this submap's frame
     reach_m: float
     scans: int = 0
-    cloud: NDArray[np.float64] | None = None  # (n, 6) surfels, once finished
+    cloud: NDArray[np.float64] | None = None  # (n, COLUMNS) surfels, once finished
     centre: tuple[float, float] = (0.0, 0.0)
     views: list[View] = field(default_factory=list)
 

@@ -60,7 +60,7 @@ def _renew_normal(index, surfels, ix, iy):
         for x in range(ix - 2, ix + 3):
             row = index[y, x]
             if row >= 0:
-                w = min(surfels[row, 5], 5.0)
+                w = min(surfels[row, 5], 20.0)
                 dx, dy = surfels[row, 0] - x0, surfels[row, 1] - y0
                 n += w
                 sx += w * dx
@@ -80,20 +80,6 @@ def _renew_normal(index, surfels, ix, iy):
 
 
 @njit(cache=True)
-def nearest(index, surfels, ix, iy, x, y):
-    """The row of the surfel nearest to a point of voxel (ix, iy) among its 3 x 3 voxels, or -1."""
-    best, best_d2 = -1, np.inf
-    for j in range(max(iy - 1, 0), min(iy + 2, index.shape[0])):
-        for i in range(max(ix - 1, 0), min(ix + 2, index.shape[1])):
-            row = index[j, i]
-            if row >= 0:
-                d2 = (surfels[row, 0] - x) ** 2 + (surfels[row, 1] - y) ** 2
-                if d2 < best_d2:
-                    best, best_d2 = row, d2
-    return best
-
-
-@njit(cache=True)
 def linearise(index, surfels, origin_x, origin_y, voxels_per_m, points, pose, scale, hessian, gradient):
     """Adds the points' normal equations about pose (x, y, yaw); returns the sum of weights.
 
@@ -102,6 +88,7 @@ def linearise(index, surfels, origin_x, origin_y, voxels_per_m, points, pose, sc
     """
     c, s = np.cos(pose[2]), np.sin(pose[2])
     weight_sum = 0.0
+    blur = (voxels_per_m / 2.0) ** 2
     for p in range(points.shape[0]):
         rx = c * points[p, 0] - s * points[p, 1]
         ry = s * points[p, 0] + c * points[p, 1]
@@ -110,17 +97,32 @@ def linearise(index, surfels, origin_x, origin_y, voxels_per_m, points, pose, sc
         iy = int(np.floor((y - origin_y) * voxels_per_m))
         if ix < 0 or iy < 0 or ix >= index.shape[1] or iy >= index.shape[0]:
             continue
-        row = nearest(index, surfels, ix, iy, x, y)
-        if row < 0:
+        total = mxx = mxy = myy = gx = gy = 0.0
+        for j in range(max(iy - 1, 0), min(iy + 2, index.shape[0])):
+            for i in range(max(ix - 1, 0), min(ix + 2, index.shape[1])):
+                row = index[j, i]
+                if row < 0:
+                    continue
+                ex, ey = x - surfels[row, 0], y - surfels[row, 1]
+                near = 1.0 - (ex * ex + ey * ey) * blur
+                if near <= 0.0:
+                    continue
+                v = near * near * min(surfels[row, 5], 20.0)
+                flat = surfels[row, 4]
+                nx, ny = surfels[row, 2], surfels[row, 3]
+                # metric M = flat^2 n n^T + (1 - flat) * 0.1 * I, in which e^T M e is the squared residual
+                f2, iso = v * flat * flat, v * 0.1 * (1.0 - flat)
+                axx, axy, ayy = f2 * nx * nx + iso, f2 * nx * ny, f2 * ny * ny + iso
+                total += v
+                mxx += axx
+                mxy += axy
+                myy += ayy
+                gx += axx * ex + axy * ey
+                gy += axy * ex + ayy * ey
+        if total <= 0.0:
             continue
-        ex, ey = x - surfels[row, 0], y - surfels[row, 1]
-        flat = surfels[row, 4]
-        nx, ny = surfels[row, 2], surfels[row, 3]
-        # metric M = flat^2 n n^T + (1 - flat) * 0.1 * I, in which e^T M e is the squared residual
-        f2, iso = flat * flat, 0.1 * (1.0 - flat)
-        mxx, mxy, myy = f2 * nx * nx + iso, f2 * nx * ny, f2 * ny * ny + iso
-        gx, gy = mxx * ex + mxy * ey, mxy * ex + myy * ey
-        r2 = gx * ex + gy * ey
+        mxx, mxy, myy, gx, gy = mxx / total, mxy / total, myy / total, gx / total, gy / total
+        r2 = gx * gx + gy * gy
         w = scale * scale / (scale * scale + r2)
         w *= w
         weight_sum += w

@@ -23,15 +23,17 @@ class TrackerConfig:
     """A scan is inserted once the robot has driven this far since the last one."""
     insert_every_rad: float = 0.17
     """Or has turned this far."""
+    first_scans: int = 10
+    """So many are inserted at the very start whatever the motion: the map's frame hangs on them."""
     scans_per_half: int = 20
     """A new submap starts after so many inserted scans, and is full after twice as many."""
     view_every: int = 5
     """Every so many inserted scans one is kept, to tell what was seen through."""
-    drift_share: float = 0.25
+    drift_share: float = 0.10
     """Part of an inserted scan's covariance that adds to the drift between two submaps."""
-    drift_m: float = 0.01
+    drift_m: float = 0.004
     """Standard deviation of the drift between two submaps even where every match is perfect."""
-    drift_rad: float = 0.004
+    drift_rad: float = 0.0015
     """The same, of their turn."""
 
 
@@ -113,6 +115,8 @@ class Tracker:
         return self.submaps[-1].scans / self.config.scans_per_half if len(self.submaps) > 1 else 0.0
 
     def _moved_enough(self) -> bool:
+        if self.submaps[0].scans < self.config.first_scans:
+            return True
         moved = self._last_inserted.inverse() @ self._pose
         metres = math.hypot(moved.x_m, moved.y_m)
         return metres > self.config.insert_every_m or abs(moved.yaw_rad) > self.config.insert_every_rad
