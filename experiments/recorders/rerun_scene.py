@@ -86,7 +86,7 @@ def cylinders_of(cylinders: Sequence[Cylinder], colour: tuple[int, int, int, int
 def log_truth(rec: rr.RecordingStream, truth: TruthGrid) -> None:
     """The true walls as a see-through layer; hidden by the blueprint until somebody wants the answer."""
     image = np.zeros((*truth.wall.shape, 4), np.uint8)
-    image[truth.wall[::-1]] = (*palette.TRUTH, 200)  # rows of an image run downwards
+    image[truth.wall[::-1]] = (*palette.TRUTH, 255)  # rows of an image run downwards
     ny, nx = truth.wall.shape
     low_x_m, low_y_m = truth.origin_m
     rec.log(
@@ -96,6 +96,7 @@ def log_truth(rec: rr.RecordingStream, truth: TruthGrid) -> None:
             format=rr.components.ImageFormat(width=nx, height=ny, color_model="RGBA", channel_datatype="U8"),
             cell_size=truth.resolution_m,
             translation=[low_x_m, low_y_m, TRUTH_Z_M],
+            opacity=0.7,  # without it the viewer (0.41) paints transparent pixels black
         ),
         static=True,
     )
