@@ -53,8 +53,8 @@ class Surroundings:
         self.hits: Points = np.empty((0, 2))
         self._kernels = surroundings_kernels
         self._hits, self._lone = np.empty((0, 2)), np.empty((0, 2))
-        self._clearance_behind_m = 0.0
-        self._clearance_here_m = 0.0
+        self._seen_from: Pose2 = Pose2.identity()
+        self._map: tuple[OccupancyGrid, NDArray[np.float32]] | None = None
 
     def look(
         self,
@@ -80,20 +80,18 @@ class Surroundings:
             clearance_m, *grid.frame.origin_m, cell_m, 1.5 * cell_m,
         )  # fmt: skip
         self.hits = self._hits[:n_hits]
-        behind = map_from_robot @ Pose2(-0.1, 0.0, 0.0)
-        self._clearance_here_m = _clearance_at(map_from_robot, grid, clearance_m)
-        self._clearance_behind_m = _clearance_at(behind, grid, clearance_m)
+        self._seen_from, self._map = map_from_robot, (grid, clearance_m)
 
     def is_free(self, twist: Twist2, command: Twist2, hold_s: float) -> bool:
         """Whether a command, held and then braked from, keeps the base safe, or no less safe than it is.
 
         Backwards the map is asked too: not every lidar looks behind.
         """
-        if command.linear_mps < 0.0 and self._clearance_behind_m < min(
-            self._clearance_here_m, self.base.safe_m
+        b = self.base
+        if command.linear_mps < 0.0 and self._map_clearance_m(-0.1) < min(
+            self._map_clearance_m(0.0), b.safe_m
         ):
             return False
-        b = self.base
         return self._kernels.is_free(
             twist.linear_mps, twist.angular_radps, command.linear_mps, command.angular_radps, hold_s,
             b.acceleration_mps2, b.turn_acceleration_radps2, self.hits, b.safe_m,
@@ -104,8 +102,11 @@ class Surroundings:
         free = self._kernels.free_bearing(bearing_rad, widest_rad, ahead_m, self.hits, self.base.safe_m)
         return None if math.isnan(free) else free
 
-
-def _clearance_at(pose: Pose2, grid: OccupancyGrid, clearance_m: NDArray[np.float32]) -> float:
-    """The map's clearance at a place, 0 outside the map."""
-    ix, iy = grid.frame.cell_at(pose.x_m, pose.y_m)
-    return float(clearance_m[iy, ix]) if grid.contains(ix, iy) else 0.0
+    def _map_clearance_m(self, ahead_m: float) -> float:
+        """The map's clearance ahead of the robot, 0 outside the map."""
+        if self._map is None:
+            return 0.0
+        grid, clearance_m = self._map
+        x, y = (self._seen_from @ Pose2(ahead_m, 0.0, 0.0)).position
+        ix, iy = grid.frame.cell_at(x, y)
+        return float(clearance_m[iy, ix]) if grid.contains(ix, iy) else 0.0

@@ -35,7 +35,9 @@ def near_hits(
             continue
         total, count = r, 1
         for k in range(-half_window, half_window + 1):
-            other = ranges_m[(i + k) % n]
+            j = i + k  # beams go round; a remainder here would cost more than all the rest
+            j += n if j < 0 else (-n if j >= n else 0)
+            other = ranges_m[j]
             if k != 0 and abs(other - r) < gate_m:
                 total += other
                 count += 1

@@ -76,8 +76,8 @@ class Way:
         )  # fmt: skip
         self.samples = self._samples[:n]
         line_up = round(c.line_up_m / c.spacing_m)
-        self._kernels.centre(self.samples, hits, c.beside_m, self.drive.roomy_m, c.max_shift_m, line_up)
-        self._room = self._kernels.rooms(self.samples, hits, c.beside_m, self.drive.roomy_m)
+        roomy_m = self.drive.roomy_m
+        self._room = self._kernels.centre(self.samples, hits, c.beside_m, roomy_m, c.max_shift_m, line_up)
 
     def speed_limit_mps(self) -> float:
         """The speed from which all that is ahead can be driven: obstacles, bends, gaps to line up with."""

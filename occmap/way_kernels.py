@@ -33,7 +33,7 @@ def place_on_path(points, stations_m, x, y, low_m, high_m):
 
 @njit(cache=True)
 def sample_path(points, stations_m, from_m, spacing_m, x, y, yaw, way):
-    """Fill `way` (m, 2) with the path from from_m on, in the pose's frame; how many till it ends. O(n + m)."""
+    """Fill `way` (m, 2) with the path from from_m on, in the pose's frame; how many until it ends."""
     c, s = math.cos(yaw), math.sin(yaw)
     last = len(points) - 1
     k, n = 0, 0
@@ -93,9 +93,11 @@ def centre(way, hits, beside_m, roomy_m, most_m, reach):
 
     Each sample moves by half the difference of its rooms (more than roomy_m counts as roomy_m), at most
     most_m, as the tightest place within `reach` samples asks for: so the robot is lined up before it
-    is in the gap. O(samples * hits).
+    is in the gap. The rooms (m, 3) of the shifted samples. O(samples * hits).
     """
     room = rooms(way, hits, beside_m, roomy_m)
+    if np.abs(room[:, 0] - room[:, 1]).max() < 1e-3:
+        return room
     shift = np.zeros(len(way))
     for j in range(len(way)):
         tightest = np.inf
@@ -111,6 +113,7 @@ def centre(way, hits, beside_m, roomy_m, most_m, reach):
         moved[j, 0] = way[j, 0] - ty * smooth
         moved[j, 1] = way[j, 1] + tx * smooth
     way[:] = moved
+    return rooms(way, hits, beside_m, roomy_m)
 
 
 @njit(cache=True)
