@@ -36,7 +36,8 @@ def test_a_small_building_is_explored_to_the_end(kind):
     assert summary.wall_recall >= 0.98
     assert summary.wall_error_m["p95"] <= 1.5 * 0.05
     assert summary.collisions == {"events": 0, "duration_s": 0.0}
-    assert {left.reason for left in done.last.decision.unknown_left}.isdisjoint({Reason.GAVE_UP, Reason.UNSAFE})
+    reasons = {left.reason for left in done.last.decision.unknown_left}
+    assert reasons.isdisjoint({Reason.GAVE_UP, Reason.UNSAFE})
 
 
 def test_wheels_that_drift_smear_the_walls_and_the_scores_show_it():
