@@ -81,13 +81,15 @@ class LidarNoise:
         measured = reach_m + sigma_m * streams.range_error.standard_normal(count)
         measured[exact_m > max_range_m] = math.inf
 
-        chance, place = streams.short.random((2, count))
+        chance = streams.short.random(count)
         short = np.flatnonzero(chance < config.short_rate)
-        measured[short] = min_range_m + place[short] * np.maximum(reach_m[short] - min_range_m, 0.0)
+        if len(short):
+            place = chance[short] / config.short_rate  # below the rate, chance is uniform still
+            measured[short] = min_range_m + place * np.maximum(reach_m[short] - min_range_m, 0.0)
         measured[streams.miss.random(count) < config.miss_rate] = math.inf
 
         if config.quantum_m > 0.0:
-            measured = np.round(measured / config.quantum_m) * config.quantum_m
+            measured = np.rint(measured / config.quantum_m) * config.quantum_m
         np.maximum(measured, 0.0, out=measured)
         measured[measured >= max_range_m] = math.inf
         measured[streams.dropout.random(count) < config.dropout_rate] = math.nan
