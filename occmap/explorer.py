@@ -44,6 +44,8 @@ class PaceConfig:
     """While a goal is good, its rivals are weighed this often."""
     look_s: float = 0.6
     """At a viewpoint it waits this long for its frontier to be resolved."""
+    look_turn_radps: float = 0.1
+    """Meanwhile it turns a little, so that its beams sweep over what lay between them."""
     confirm_s: float = 1.0
     """No goal must turn up for this long before it calls itself done."""
     held_up_s: float = 4.0
@@ -102,9 +104,6 @@ class Explorer:
     """
 
     def __init__(self, config: ExplorerConfig | None = None, localizer: Localizer | None = None) -> None:
-        from occmap.missed_returns import without_missed_returns  # compiled on first use, not on import
-
-        self._without_missed_returns = without_missed_returns
         self.config = config = config or ExplorerConfig()
         self.localizer = localizer or OdometryLocalizer()
         self.grid = OccupancyGrid(config.grid)
@@ -166,8 +165,7 @@ class Explorer:
             self._swap_map(estimate)
         if estimate.insert:
             with self._watch.lap("mapping"):
-                scan = self._without_missed_returns(seen.scan)
-                change = self.mapper.insert(scan, estimate.map_from_robot @ seen.robot_from_lidar, self.grid)
+                change = self.mapper.insert(seen.scan, estimate.map_from_robot @ seen.robot_from_lidar, self.grid)
                 self.clearance.update(self.grid, change)
             with self._watch.lap("frontiers"):
                 self.frontiers.update(self.grid, change)
@@ -341,7 +339,7 @@ class Explorer:
             pursuit.arrived_s = seen.time_s if pursuit.arrived_s is None else pursuit.arrived_s
             if seen.time_s - pursuit.arrived_s >= pace.look_s:
                 self._give_up(Reason.GAVE_UP, "looked at it from ({:.2f}, {:.2f}) in vain".format(*here.position))
-            return "looking", Twist2.zero()
+            return "looking", Twist2(0.0, pace.look_turn_radps)
         if steering.held_up_s > pace.held_up_s:
             self._give_up(Reason.UNSAFE, "an obstacle bars the way at ({:.2f}, {:.2f})".format(*here.position))
         elif seen.time_s - pursuit.progress_s > pace.patience_s:

@@ -7,11 +7,11 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from occmap.frontiers import Frontier, FrontierConfig, FrontierMap
 from occmap.goals import Goal, GoalChooser, best_of
 from occmap.memory import FailedLooks
 
 if TYPE_CHECKING:
-    from occmap.frontiers import Frontier
     from occmap.grid import OccupancyGrid
     from occmap.planner import Wavefront
 
@@ -22,6 +22,8 @@ BOUNDS_M = (4.0, 16.0, math.inf)
 """Floods are tried with these bounds, one after the other: most goals are near, and a flood costs what it covers."""
 
 
+FAR_LOOKS = 2
+"""A frontier that can only be seen from afar is given up after so many looks."""
 NEAR_M = 5.0
 """No viewpoint is farther from the middle of its frontier than this: half a frontier's extent and the look."""
 
@@ -52,7 +54,7 @@ class GoalSearch:
             if wave.is_exhausted or not self.chooser.may_be_beaten_beyond(bound_m, best):
                 break
         if best is None:
-            goals = self._from_afar(worth_a_look, grid, wave, max_range_m)
+            goals = self._from_afar(worth_a_look, grid, wave, max_range_m) or self._nooks(grid, wave)
             best = best_of(goals)
         return Search(best, tuple(goals), wave)
 
@@ -78,17 +80,29 @@ class GoalSearch:
     def _from_afar(
         self, frontiers: Sequence[tuple[Frontier, int]], grid: OccupancyGrid, wave: Wavefront, max_range_m: float
     ) -> list[Goal]:
-        """Through a slot or from a narrow passage, if no look at it has failed before."""
+        """Through a slot or from a narrow passage: worth fewer tries than a look from near."""
         for reach_m in (self.chooser.config.look_from_m[0], 0.5 * max_range_m, max_range_m):
             found = (
                 self.chooser.goal_for(frontier, grid, wave, reach_m, stride=1)
                 for frontier, failed in frontiers
-                if not failed
+                if failed < FAR_LOOKS
             )
             goals = [goal for goal in found if goal is not None]
             if goals:
                 return goals
         return []
+
+    def _nooks(self, grid: OccupancyGrid, wave: Wavefront) -> list[Goal]:
+        """Slits and corners between obstacles: unknown beside occupied cells, where it is too much to be flicker."""
+        config = self.chooser.config
+        every_edge = FrontierMap(FrontierConfig(ignore_rim=False))
+        every_edge.rebuild(grid)
+        nooks = [
+            edge
+            for edge in every_edge.clusters(grid)
+            if edge.size * grid.frame.resolution_m >= config.min_nook_m and not self.looks.at(edge, grid)
+        ]
+        return self._from_near([(nook, 0) for nook in nooks], grid, wave)
 
 
 def _within(

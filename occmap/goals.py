@@ -41,6 +41,8 @@ class GoalConfig:
     """A look is aimed this deep into the unknown: what grazes a frontier only moves it on a little."""
     min_frontier_m: float = 0.2
     """A shorter frontier is a speck: no gap that the body fits through is this narrow."""
+    min_nook_m: float = 0.3
+    """When nothing else is left, edges of the unknown along walls get one look if they are this long."""
     hysteresis_m: float = 1.0
     """Another goal must be better by this much before a good one is abandoned for it."""
 
@@ -49,7 +51,7 @@ class GoalConfig:
             raise ValueError(f"strategy must be nearest or utility, got {self.strategy!r}")
         if not (math.isfinite(self.lambda_m_per_m2) and self.lambda_m_per_m2 >= 0.0):
             raise ValueError(f"lambda must not be negative, got {self.lambda_m_per_m2}")
-        for name in ("gain_range_m", "min_frontier_m", "hysteresis_m"):
+        for name in ("gain_range_m", "min_frontier_m", "min_nook_m", "hysteresis_m"):
             if not (math.isfinite(getattr(self, name)) and getattr(self, name) >= 0.0):
                 raise ValueError(f"{name} must not be negative, got {getattr(self, name)}")
         if not self.look_from_m or min(self.look_from_m) <= 0.0:
