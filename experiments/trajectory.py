@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from array import array
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -23,16 +25,14 @@ class TrajectoryLog:
 
     def __init__(self, world_from_map: Pose2) -> None:
         self._world_from_map = world_from_map
-        self._times_s: list[float] = []
-        self._true: list[tuple[float, float, float]] = []
-        self._believed: list[tuple[float, float, float]] = []
+        self._times_s, self._true, self._believed = array("d"), array("d"), array("d")
 
     def record(self, step: Step) -> None:
         """Note the two poses of this scan."""
         true, believed = step.truth.world_from_robot, self._world_from_map @ step.decision.map_from_robot
         self._times_s.append(step.truth.time_s)
-        self._true.append((true.x_m, true.y_m, true.yaw_rad))
-        self._believed.append((believed.x_m, believed.y_m, believed.yaw_rad))
+        self._true.extend((true.x_m, true.y_m, true.yaw_rad))
+        self._believed.extend((believed.x_m, believed.y_m, believed.yaw_rad))
 
     def close(self) -> None:
         """Nothing to finish."""
@@ -82,7 +82,7 @@ def motion(poses: Poses, begins: NDArray[np.int64], ends: NDArray[np.int64]) -> 
     return np.column_stack((c * dx + s * dy, c * dy - s * dx))
 
 
-def tum(times_s: list[float], poses: Poses) -> str:
+def tum(times_s: Iterable[float], poses: Poses) -> str:
     """Lines of `t x y z qx qy qz qw`, as the TUM benchmark and `evo` read them."""
     lines = [
         f"{t:.6f} {x:.9f} {y:.9f} 0 0 0 {math.sin(yaw / 2):.12f} {math.cos(yaw / 2):.12f}\n"

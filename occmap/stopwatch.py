@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from array import array
 from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -12,7 +13,7 @@ class Stopwatch:
     """Adds up wall seconds under named stages and keeps the length of each lap."""
 
     def __init__(self) -> None:
-        self.laps_s: defaultdict[str, list[float]] = defaultdict(list)
+        self.laps_s: defaultdict[str, array[float]] = defaultdict(lambda: array("d"))
 
     @contextmanager
     def lap(self, stage: str) -> Iterator[None]:
@@ -31,3 +32,7 @@ class Stopwatch:
     def total_s(self, stage: str) -> float:
         """All laps of a stage together; 0 if it never ran."""
         return sum(self.laps_s.get(stage, ()))
+
+    def totals_s(self) -> dict[str, float]:
+        """The same for every stage."""
+        return {stage: sum(laps) for stage, laps in self.laps_s.items()}
