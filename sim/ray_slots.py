@@ -6,9 +6,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from sim.geom_slots import write_geoms
 from sim.solids import Floats, SolidArrays
-
-_BOX, _CYLINDER = int(mujoco.mjtGeom.mjGEOM_BOX), int(mujoco.mjtGeom.mjGEOM_CYLINDER)
 
 
 class RaySlots:
@@ -41,20 +40,7 @@ class RaySlots:
         model.body_geomnum[0] = self.used = end
         if first == end:
             return
-        slots = slice(first, end)
-        is_cylinder = solids.radius_m > 0.0
-        half_z = 0.5 * solids.height_m
-        box = np.column_stack((solids.half_m + solids.radius_m[:, None], half_z))  # also bounds a cylinder
-        model.geom_type[slots] = np.where(is_cylinder, _CYLINDER, _BOX)
-        model.geom_size[slots] = box
-        model.geom_size[slots, 1] = np.where(is_cylinder, half_z, box[:, 1])
-        model.geom_aabb[slots, 3:] = box
-        model.geom_rbound[slots] = np.linalg.norm(box, axis=1)
-        data.geom_xpos[slots] = np.column_stack((solids.center_m, half_z))
-        c, s = solids.heading[:, 0], solids.heading[:, 1]
-        matrix = np.zeros((len(solids), 9))
-        matrix[:, 0], matrix[:, 1], matrix[:, 3], matrix[:, 4], matrix[:, 8] = c, -s, s, c, 1.0
-        data.geom_xmat[slots] = matrix
+        write_geoms(model, data, slice(first, end), solids)
 
     def cast(
         self, origin_m: tuple[float, float, float], directions: Floats, cutoff_m: float

@@ -24,8 +24,8 @@ SOLID_BIT = 2
 def building_scene(building: Building) -> mujoco.MjSpec:
     """models/scene.xml with the building's solids in its worldbody and the robot at the start.
 
-    Walls belong to the worldbody: MuJoCo's midphase prunes static geoms, while one body a wall would cost 30
-    times more a step.
+    For pictures and for MuJoCo's viewer. Walls belong to the worldbody: one body a wall would cost 30 times
+    more a step. World steps a leaner model, which holds only the solids around the robot (see NearWalls).
     """
     spec = mujoco.MjSpec.from_file(str(model_path("scene.xml")))
     for solid in building.solids:

@@ -9,11 +9,12 @@ from dataclasses import replace
 import mujoco
 
 from occmap.geometry import Pose2, Twist2
-from sim.building import Building, Door
+from sim.building import Box, Building, Door
 from sim.collisions import Collisions
 from sim.doors import ClosingDoors, doors_to_close
 from sim.faults import FaultsConfig, PhysicsFault
 from sim.lift import Lift
+from sim.near_walls import NearWalls, most_around_a_place
 from sim.scene import add_solid, building_scene
 from sim.solids import Nearby, SolidArrays
 from sim.trail import Trail, yaw_of
@@ -36,8 +37,9 @@ class World:
         closing: Sequence[Door] = ()
         if self.faults.close_doors_at_s is not None:
             closing = doors_to_close(building.doors, self.faults.close_doors)
-        self.model = _compile(building, closing)
+        self.model = _compile(building, closing, most_around_a_place(self.solids))
         self.data = mujoco.MjData(self.model)
+        self._walls = NearWalls(self.model, self.data, self.solids)
         mujoco.mj_forward(self.model, self.data)
         self.doors = ClosingDoors(closing)
         self.collisions = Collisions(self.model.opt.timestep)
@@ -101,6 +103,7 @@ class World:
     def advance(self, steps: int) -> None:
         """Let a number of physics steps pass, and raise PhysicsFault if something is wrong afterwards."""
         self._let_things_happen(steps * self.step_s)
+        self._walls.surround(*self.data.qpos[:2].tolist())
         model, data, touching, step = self.model, self.data, self._touching, mujoco.mj_step
         for _ in range(steps):  # in Python: one call for all steps would hide the contacts in between
             step(model, data)
@@ -145,12 +148,17 @@ def _dimensions(model: mujoco.MjModel) -> tuple[float, float, float]:
     )
 
 
-def _compile(building: Building, closing: Sequence[Door]) -> mujoco.MjModel:
-    """The building with the panels that will close, each a mocap body whose height is the panel's top."""
-    spec = building_scene(building)
+def _compile(building: Building, closing: Sequence[Door], slots: int) -> mujoco.MjModel:
+    """The robot at the start, slots for the solids around it (see NearWalls), and the panels that will close,
+    each a mocap body whose height is the panel's top."""
+    spec = building_scene(replace(building, solids=()))
+    for number in range(slots):
+        slot = add_solid(spec.worldbody, Box(0.0, 0.0, 1.0, 1.0))
+        slot.name = f"slot_{number}"
     for number, door in enumerate(closing):
         body = spec.worldbody.add_body(name=f"door_{number}", mocap=True)
         geom = add_solid(body, replace(door.panel, kind="door"))
         # A centimetre lower, so that a panel that is down lies under the floor and not in it.
         geom.pos = [door.panel.x_m, door.panel.y_m, -0.5 * door.panel.height_m - 0.01]
+    spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_MIDPHASE  # its tree knows nothing of slots
     return spec.compile()

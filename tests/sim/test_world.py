@@ -63,6 +63,40 @@ def test_pushing_against_everything_for_a_minute_neither_blows_up_nor_climbs_nor
     assert min(clearances) > -0.006
 
 
+def test_walls_are_solid_wherever_the_robot_goes():
+    places = np.random.default_rng(4).uniform(1.0, 29.0, (150, 2))
+    places = places[np.hypot(*(places - 15.0).T) > 1.0].tolist()
+    for heading in np.arange(0.1, 6.0, 1.0).tolist():
+        posts = tuple(Cylinder(x, y, 0.1) for x, y in places)
+        robot = robot_in(room(30.0, 30.0, Pose2(15.0, 15.0, heading), posts))
+        clearances = []
+        for _ in range(450):
+            robot.act(Twist2(0.5, 0.0))
+            clearances.append(robot.truth().clearance_m)
+        assert -0.006 < min(clearances) < 0.001
+        assert robot.truth().collision_events >= 1
+        assert robot.truth().path_length_m > 2.0
+
+
+def test_a_lean_world_moves_as_the_whole_building_would():
+    building = room(8.0, 3.0, Pose2(1.0, 1.5, 0.3), (Box(4.0, 2.5, 1.0, 0.2, 0.3), Cylinder(5.5, 0.6, 0.2)))
+    lean, whole = World(building), building_scene(building).compile()
+    data = mujoco.MjData(whole)
+    rng = np.random.default_rng(0)
+    touched = 0
+    for _ in range(200):
+        speeds = rng.uniform(2.0, 10.0, 2)
+        lean.drive(*speeds.tolist())
+        data.ctrl[:] = speeds
+        lean.advance(20)
+        for _ in range(20):
+            mujoco.mj_step(whole, data)
+            touched += bool(data.sensor("touching").data[0])
+    assert touched > 100
+    assert lean.collisions.duration_s == pytest.approx(touched * lean.step_s, rel=0.05)
+    np.testing.assert_allclose(lean.data.qpos[:2], data.qpos[:2], atol=0.02)
+
+
 def test_driving_into_a_wall_is_one_collision_that_lasts():
     robot = robot_in(room(4.0, 4.0, Pose2(3.0, 2.0, 0.0)))
     while robot.time_s < 10.0:
