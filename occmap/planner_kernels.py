@@ -16,10 +16,12 @@ UNREACHED = 2**31 - 1
 OPEN = 8  # bits of link: 0..2 the direction we came by, then whether the cell waits, is a target
 TARGET = 16
 OUT_OF_MEMORY = -1
+STEP_X = (1, 0, -1, 0, 1, -1, -1, 1)  # the straight ones first: a diagonal lies between two of them
+STEP_Y = (0, 1, 0, -1, 1, 1, -1, -1)
 
 
 @njit(cache=True, inline="always")
-def entry(cell, state, clearance_m, entry_cost, bins):
+def price(cell, state, clearance_m, entry_cost, bins):
     """What entering a cell costs, 0 if the body does not go there. 0.02 guards against rounding down."""
     column = min(int(clearance_m[cell] * BINS_PER_M + 0.02), bins - 1)
     return entry_cost[state[cell] * bins + column]
@@ -33,6 +35,28 @@ def octile(ix, iy, box):
     return STRAIGHT * max(dx, dy) + (DIAGONAL - STRAIGHT) * min(dx, dy)
 
 
+@njit(cache=True, inline="always")
+def _push(cell, slot, heads, items):
+    """Put a cell into a bucket; whether there was room. heads[-1] is the first of the vacant entries."""
+    entry = heads[-1]
+    if entry >= len(items):
+        return False
+    heads[-1] = items[entry, 1]
+    items[entry, 0], items[entry, 1] = cell, heads[slot]
+    heads[slot] = entry
+    return True
+
+
+@njit(cache=True, inline="always")
+def _pop(slot, heads, items):
+    """Take the cell last put into a bucket that is not empty."""
+    entry = heads[slot]
+    heads[slot] = items[entry, 1]
+    items[entry, 1] = heads[-1]
+    heads[-1] = entry
+    return items[entry, 0]
+
+
 @njit(cache=True)
 def search(
     state, clearance_m, nx, entry_cost, start, box, want, limit, shift, cost, link, touched, heads, items
@@ -43,55 +67,38 @@ def search(
     wider than the cheapest step, so that each cell is expanded once; an A* (Hart et al. 1968), whose
     order is by cost plus the octile distance to `box`, opens a cell again if a cheaper way turns up
     within its bucket. Both are exact when a bucket has been emptied. Diagonal steps need both
-    4-neighbours (no corner cutting).
+    4-neighbours (no corner cutting). The queue lives in `heads`, a power of two of buckets and one,
+    and `items` (m, 2), its linked entries.
 
     O(cells touched). Returns (number of touched cells, cost below which all is exact), or
-    (number, OUT_OF_MEMORY) if `items` (m, 2), the queue's entries, was too short.
+    (number, OUT_OF_MEMORY) if `items` was too short.
     """
-    bins = entry_cost.size // 3
-    ny = state.size // nx
-    mask = heads.size - 1
+    bins, ny, mask = entry_cost.size // 3, state.size // nx, heads.size - 2
     heads[:] = -1
-    for k in range(len(items)):
-        items[k, 1] = k + 1
-    vacant = 0
-    step_x = (1, 0, -1, 0, 1, -1, -1, 1)
-    step_y = (0, 1, 0, -1, 1, 1, -1, -1)
-    passable = np.zeros(8, np.bool_)
-    per_row = 1.0 / nx
-
-    n_touched = 1
-    touched[0] = start
-    cost[start] = 0
-    link[start] = (link[start] & TARGET) | OPEN
+    heads[-1] = 0
+    items[:, 1] = np.arange(1, len(items) + 1)
+    passable, rows_per_cell = np.zeros(8, np.bool_), 1.0 / nx
+    touched[0], n_touched = start, 1
+    cost[start], link[start] = 0, (link[start] & TARGET) | OPEN
     bucket = octile(start % nx, start // nx, box) >> shift
-    items[0, 0] = start
-    vacant, items[0, 1] = items[0, 1], -1
-    heads[bucket & mask] = 0
-    waiting = 1
-    settled = 0
+    _push(start, bucket & mask, heads, items)
+    waiting, settled = 1, 0
     while waiting > 0:
-        item = heads[bucket & mask]
-        if item < 0:
+        if heads[bucket & mask] < 0:
             if settled >= want or (bucket << shift) > limit:
                 return n_touched, (bucket + 1) << shift
             bucket += 1
             continue
-        cell = items[item, 0]
-        heads[bucket & mask] = items[item, 1]
-        items[item, 1] = vacant
-        vacant = item
+        cell = _pop(bucket & mask, heads, items)
         waiting -= 1
         if not link[cell] & OPEN:
             continue
         link[cell] &= ~OPEN & 255
-        if link[cell] & TARGET:
-            settled += 1
-        so_far = cost[cell]
-        iy = int((cell + 0.5) * per_row)
+        settled += 1 if link[cell] & TARGET else 0
+        so_far, iy = cost[cell], int((cell + 0.5) * rows_per_cell)  # quicker than a division
         ix = cell - iy * nx
         for direction in range(8):
-            jx, jy = ix + step_x[direction], iy + step_y[direction]
+            jx, jy = ix + STEP_X[direction], iy + STEP_Y[direction]
             passable[direction] = False
             if jx < 0 or jy < 0 or jx >= nx or jy >= ny:
                 continue
@@ -102,28 +109,19 @@ def search(
             if known <= so_far + STRAIGHT:  # no price makes this way cheaper
                 passable[direction] = True
                 continue
-            step = entry(other, state, clearance_m, entry_cost, bins)
+            step = price(other, state, clearance_m, entry_cost, bins)
             if step == 0:
                 continue
             passable[direction] = True
-            if direction >= 4:
-                step = (step * DIAGONAL) >> 10
-            there = so_far + step
+            there = so_far + (step if direction < 4 else (step * DIAGONAL) >> 10)
             if there >= known:
                 continue
             if known == UNREACHED:
                 touched[n_touched] = other
                 n_touched += 1
-            cost[other] = there
-            link[other] = (link[other] & TARGET) | OPEN | direction
-            if vacant >= len(items):
+            cost[other], link[other] = there, (link[other] & TARGET) | OPEN | direction
+            if not _push(other, ((there + octile(jx, jy, box)) >> shift) & mask, heads, items):
                 return n_touched, OUT_OF_MEMORY
-            slot = ((there + octile(jx, jy, box)) >> shift) & mask
-            items[vacant, 0] = other
-            following = items[vacant, 1]
-            items[vacant, 1] = heads[slot]
-            heads[slot] = vacant
-            vacant = following
             waiting += 1
     return n_touched, UNREACHED
 
@@ -131,20 +129,18 @@ def search(
 @njit(cache=True)
 def walk_back(cell, nx, link, start):
     """The cells from `start` to `cell` along the links of a search, (n,). O(n)."""
-    step_x = (1, 0, -1, 0, 1, -1, -1, 1)
-    step_y = (0, 1, 0, -1, 1, 1, -1, -1)
     steps = 0
     at = cell
     while at != start:
         direction = link[at] & 7
-        at -= step_y[direction] * nx + step_x[direction]
+        at -= STEP_Y[direction] * nx + STEP_X[direction]
         steps += 1
     cells = np.empty(steps + 1, np.int32)
     at = cell
     for k in range(steps, 0, -1):
         cells[k] = at
         direction = link[at] & 7
-        at -= step_y[direction] * nx + step_x[direction]
+        at -= STEP_Y[direction] * nx + STEP_X[direction]
     cells[0] = start
     return cells
 
@@ -165,7 +161,7 @@ def line_cost(first, last, nx, state, clearance_m, entry_cost, dearest):
     for k in range(1, samples + 1):
         ix = int(x + dx * k / samples + 0.5)
         iy = int(y + dy * k / samples + 0.5)
-        step = entry(iy * nx + ix, state, clearance_m, entry_cost, bins)
+        step = price(iy * nx + ix, state, clearance_m, entry_cost, bins)
         if step == 0 or step > dearest:
             return -1.0
         total += step
@@ -184,21 +180,21 @@ def shortcut(cells, nx, state, clearance_m, entry_cost):
     tolerance = 1.01
     patience = 6
     n = len(cells)
-    price = np.zeros(n, np.int64)
+    paid = np.zeros(n, np.int64)
     so_far = np.zeros(n)
     for k in range(1, n):
-        price[k] = entry(cells[k], state, clearance_m, entry_cost, bins)
+        paid[k] = price(cells[k], state, clearance_m, entry_cost, bins)
         is_straight = cells[k] % nx == cells[k - 1] % nx or cells[k] // nx == cells[k - 1] // nx
-        so_far[k] = so_far[k - 1] + price[k] * (1.0 if is_straight else DIAGONAL / STRAIGHT)
+        so_far[k] = so_far[k - 1] + paid[k] * (1.0 if is_straight else DIAGONAL / STRAIGHT)
     kept = np.empty(n, np.int64)
     kept[0] = 0
     n_kept = 1
     at = 0
     while at < n - 1:
         best, failures, ahead = at + 1, 0, at + 2
-        dearest = price[at + 1]
+        dearest = paid[at + 1]
         while ahead < n and failures < patience:
-            dearest = max(dearest, price[ahead])
+            dearest = max(dearest, paid[ahead])
             cost = line_cost(cells[at], cells[ahead], nx, state, clearance_m, entry_cost, dearest)
             if 0.0 <= cost <= (so_far[ahead] - so_far[at]) * tolerance + 0.25 * STRAIGHT:
                 best, failures = ahead, 0

@@ -69,7 +69,7 @@ class SearchMemory:
         from occmap import planner_kernels as kernels
 
         state, clearance = terrain.state.ravel(), terrain.clearance_m.ravel()
-        heads = np.empty(_ring_size(int(prices.max()), request.bucket_bits), np.int32)
+        heads = np.empty(_ring_size(int(prices.max()), request.bucket_bits) + 1, np.int32)
         while True:
             self._forget(state.size)
             self.link[request.targets] = kernels.TARGET

@@ -5,7 +5,6 @@ import math
 import numpy as np
 import pytest
 
-from occmap import surroundings_kernels, way_kernels
 from occmap.follower import Follower, FollowerConfig
 from occmap.geometry import Pose2, Twist2
 from occmap.path import Path
@@ -161,38 +160,6 @@ def test_a_path_of_one_point_has_been_driven():
     steering = follow(mind, Path.through(np.array([[x, y]])))
     assert steering.arrived
     assert steering.twist == Twist2.zero()
-
-
-def test_progress_follows_the_robot_and_does_not_jump_to_a_later_pass():
-    """A hairpin: the way back runs 0.2 m beside the way out."""
-    points = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 0.2], [0.0, 0.2]])
-    stations = Path.through(points).stations_m
-    at_m, off_m = way_kernels.place_on_path(points, stations, 1.0, 0.15, 0.7, 2.0)
-    assert at_m == pytest.approx(1.0)
-    assert off_m == pytest.approx(0.15)
-
-
-def test_the_nearest_point_of_a_path_is_what_brute_force_finds():
-    rng = np.random.default_rng(0)
-    for _ in range(50):
-        points = rng.uniform(-2, 2, (6, 2))
-        stations = Path.through(points).stations_m
-        x, y = rng.uniform(-2, 2, 2)
-        dense = np.linspace(0.0, stations[-1], 20001)
-        places = np.column_stack([np.interp(dense, stations, points[:, k]) for k in (0, 1)])
-        expected = np.hypot(*(places - (x, y)).T).min()
-        _, off_m = way_kernels.place_on_path(points, stations, x, y, 0.0, np.inf)
-        assert off_m == pytest.approx(expected, abs=1e-3)
-
-
-def test_a_stop_is_foreseen_exactly_when_braking_would_end_in_an_obstacle():
-    """v = 0.5, held 0.3 s, then 1 m/s2: the disc needs 0.15 + 0.125 m and a little for the discrete ramp."""
-    for distance_m, is_free in [(0.19 + 0.30, True), (0.19 + 0.24, False)]:
-        hits = np.array([[distance_m, 0.0]])
-        assert surroundings_kernels.is_free(0.5, 0.0, 0.5, 0.0, 0.3, 1.0, 3.0, hits, 0.19) == is_free
-    too_near = np.array([[0.18, 0.0]])
-    assert surroundings_kernels.is_free(0.0, 0.0, -0.1, 0.0, 0.3, 1.0, 3.0, too_near, 0.19)
-    assert not surroundings_kernels.is_free(0.0, 0.0, 0.1, 0.0, 0.3, 1.0, 3.0, too_near, 0.19)
 
 
 def test_nonsense_is_refused():

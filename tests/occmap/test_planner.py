@@ -131,6 +131,20 @@ def test_the_nearest_of_several_goals_is_chosen_and_none_is_none():
     assert planner.plan(grid, clearance, (8, 8), np.array([[500, -3]])) is None
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_a_straightened_path_is_shorter_and_as_safe(seed):
+    grid, clearance = believed(clutter(np.random.default_rng(seed)))
+    planner = Planner()
+    wave = planner.flood(grid, clearance, (8, 8))
+    goal = tuple(np.argwhere(np.isfinite(wave.cost_m))[-1][::-1])
+    cells, path = wave.cells_to(goal), wave.path_to(goal)
+    assert cells is not None
+    assert path is not None
+    assert path.length_m <= wave.length_to(goal) + 1e-6
+    tightest = clearance.ravel()[cells[1:]].min()
+    assert planner.terrain(grid, clearance).least_clearance(path.waypoints_in_map, 0.0) >= tightest - 0.036
+
+
 def open_room(nx, ny):
     occupied = np.zeros((ny, nx), bool)
     occupied[[0, -1]] = occupied[:, [0, -1]] = True
