@@ -63,6 +63,8 @@ class Studio:
 
     def _shoot(self, camera: float, pose: Pose2, door_heights_m: Sequence[float]) -> Rgb8:
         heights_m = list(door_heights_m) or [0.0] * self._doors
+        if len(heights_m) != self._doors:
+            raise ValueError(f"this world has {self._doors} closing doors, got heights of {len(heights_m)}")
         body = [pose.x_m, pose.y_m, 0.0, *yaw_quaternion(pose.yaw_rad)]
         order = np.array([camera, *body, *self._wheels, *heights_m])
         stdin, stdout = self._child.stdin, self._child.stdout
@@ -78,7 +80,10 @@ class Studio:
 
 
 def open_studio(model: mujoco.MjModel, building: Building, size_px: tuple[int, int]) -> Studio | None:
-    """A studio for pictures of `size_px` (width, height), or None where no graphics are to be had."""
+    """A studio for pictures of `size_px` (width, height), or None where no graphics are to be had.
+
+    The model is that of a whole building: `building_scene(building, world.closing).compile()`.
+    """
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "world.mjb"
         mujoco.mj_saveModel(model, str(file), None)

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import replace
 
 import mujoco
 
-from sim.building import Box, Building, Solid
+from sim.building import Box, Building, Door, Solid
 from sim.model_files import model_path
 
 COLOURS = {
@@ -21,8 +23,10 @@ SOLID_BIT = 2
 """The collision bit that the robot's chassis looks for (models/robot.xml)."""
 
 
-def building_scene(building: Building) -> mujoco.MjSpec:
+def building_scene(building: Building, closing: Sequence[Door] = ()) -> mujoco.MjSpec:
     """models/scene.xml with the building's solids in its worldbody and the robot at the start.
+
+    Doors that will close are mocap bodies; the height of each is how far its panel stands out of the floor.
 
     For pictures and for MuJoCo's viewer. Walls belong to the worldbody: one body a wall would cost 30 times
     more a step. World steps a leaner model, which holds only the solids around the robot (see NearWalls).
@@ -30,6 +34,11 @@ def building_scene(building: Building) -> mujoco.MjSpec:
     spec = mujoco.MjSpec.from_file(str(model_path("scene.xml")))
     for solid in building.solids:
         add_solid(spec.worldbody, solid)
+    for number, door in enumerate(closing):
+        body = spec.worldbody.add_body(name=f"door_{number}", mocap=True)
+        panel = add_solid(body, replace(door.panel, kind="door"))
+        # A centimetre lower, so that a panel that is down lies under the floor and not in it.
+        panel.pos = [door.panel.x_m, door.panel.y_m, -0.5 * door.panel.height_m - 0.01]
     robot = spec.body("robot")
     robot.pos = [building.start.x_m, building.start.y_m, 0.0]
     robot.quat = yaw_quaternion(building.start.yaw_rad)

@@ -34,14 +34,14 @@ class World:
         self.faults = faults or FaultsConfig()
         self.solids = SolidArrays.of(building.solids)
         self._nearby = Nearby(self.solids, MAX_CLEARANCE_M)
-        closing: Sequence[Door] = ()
+        self.closing: Sequence[Door] = ()
         if self.faults.close_doors_at_s is not None:
-            closing = doors_to_close(building.doors, self.faults.close_doors)
-        self.model = _compile(building, closing, most_around_a_place(self.solids))
+            self.closing = doors_to_close(building.doors, self.faults.close_doors)
+        self.model = _compile(building, self.closing, most_around_a_place(self.solids))
         self.data = mujoco.MjData(self.model)
         self._walls = NearWalls(self.model, self.data, self.solids)
         mujoco.mj_forward(self.model, self.data)
-        self.doors = ClosingDoors(closing)
+        self.doors = ClosingDoors(self.closing)
         self.collisions = Collisions(self.model.opt.timestep)
         self.step_s: float = self.model.opt.timestep
         self.body_radius_m, self.wheel_radius_m, self.track_m = _dimensions(self.model)
@@ -149,16 +149,9 @@ def _dimensions(model: mujoco.MjModel) -> tuple[float, float, float]:
 
 
 def _compile(building: Building, closing: Sequence[Door], slots: int) -> mujoco.MjModel:
-    """The robot at the start, slots for the solids around it (see NearWalls), and the panels that will close,
-    each a mocap body whose height is the panel's top."""
-    spec = building_scene(replace(building, solids=()))
+    """The robot, the panels that will close, and slots for the solids around the robot (see NearWalls)."""
+    spec = building_scene(replace(building, solids=()), closing)
     for number in range(slots):
-        slot = add_solid(spec.worldbody, Box(0.0, 0.0, 1.0, 1.0))
-        slot.name = f"slot_{number}"
-    for number, door in enumerate(closing):
-        body = spec.worldbody.add_body(name=f"door_{number}", mocap=True)
-        geom = add_solid(body, replace(door.panel, kind="door"))
-        # A centimetre lower, so that a panel that is down lies under the floor and not in it.
-        geom.pos = [door.panel.x_m, door.panel.y_m, -0.5 * door.panel.height_m - 0.01]
+        add_solid(spec.worldbody, Box(0.0, 0.0, 1.0, 1.0)).name = f"slot_{number}"
     spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_MIDPHASE  # its tree knows nothing of slots
     return spec.compile()

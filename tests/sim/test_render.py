@@ -9,9 +9,8 @@ import pytest
 
 from occmap.geometry import Pose2
 from sim.building import Box, Door
-from sim.faults import FaultsConfig
 from sim.render import BACKENDS, open_studio
-from sim.world import World
+from sim.scene import building_scene
 from tests.sim.rooms import room
 
 START = Pose2(1.0, 1.0, 0.0)
@@ -21,7 +20,7 @@ SIZE_PX = (150, 100)
 
 @pytest.fixture(scope="module")
 def studio():
-    model = World(BUILDING, FaultsConfig(close_doors_at_s=0.0)).model
+    model = building_scene(BUILDING, BUILDING.doors).compile()
     opened = open_studio(model, BUILDING, SIZE_PX)
     if opened is None:
         pytest.skip("no graphics on this machine")
@@ -56,7 +55,7 @@ def test_a_closing_door_comes_out_of_the_floor(studio):
 
 def test_no_graphics_is_a_value_and_not_an_error(monkeypatch):
     monkeypatch.setattr("sim.render.BACKENDS", ("nonsense",))
-    assert open_studio(World(BUILDING).model, BUILDING, SIZE_PX) is None
+    assert open_studio(building_scene(BUILDING).compile(), BUILDING, SIZE_PX) is None
 
 
 def test_this_process_never_asks_for_graphics(studio):
