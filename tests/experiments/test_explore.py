@@ -18,6 +18,9 @@ from scipy import ndimage
 
 from experiments.explore import main
 from experiments.summary import MEASURED, Summary
+from occmap.geometry import Twist2
+from sim.faults import PhysicsFault
+from sim.robot import Robot
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 QUICK = ["--no-record", "--no-video", "--seed", "5"]
@@ -178,6 +181,20 @@ def test_a_run_that_is_asked_to_stop_keeps_what_it_has(tmp_path, number):
     assert job.returncode == 128 + number
     assert summary_in(out)["status"] == "interrupted"
     assert (out / "map.pgm").exists()
+
+
+def test_a_physics_fault_ends_the_run_with_its_reason_and_what_there_is(tmp_path, capsys, monkeypatch):
+    act = Robot.act
+
+    def fail_later(robot: Robot, twist: Twist2) -> None:
+        if robot.time_s > 5.0:
+            raise PhysicsFault("physics fault at t = 5.1 s: the state is not finite")
+        act(robot, twist)
+
+    monkeypatch.setattr(Robot, "act", fail_later)
+    assert main([*SMALL, "--out", str(tmp_path / "run")]) == 5
+    assert "physics fault at t = 5.1 s" in capsys.readouterr().err
+    assert summary_in(tmp_path / "run")["status"] == "physics_fault"
 
 
 MISTAKES = {

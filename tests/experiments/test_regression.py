@@ -10,6 +10,7 @@ from experiments.experiment import prepare
 from experiments.run import Run, run
 from experiments.summary import Summary, summarise
 from occmap.decision import Reason
+from sim.faults import FaultsConfig
 from sim.generators import BuildingConfig, Kind
 
 SMALL: dict[Kind, tuple[float, float]] = {
@@ -38,6 +39,23 @@ def test_a_small_building_is_explored_to_the_end(kind):
     assert summary.collisions == {"events": 0, "duration_s": 0.0}
     reasons = {left.reason for left in done.last.decision.unknown_left}
     assert reasons.isdisjoint({Reason.GAVE_UP, Reason.UNSAFE})
+
+
+def apartment_with(faults: FaultsConfig) -> Summary:
+    building = BuildingConfig("apartment", size_m=SMALL["apartment"])
+    return summarise(run(prepare(ExperimentConfig(seed=11, building=building, faults=faults))))
+
+
+def test_a_robot_shut_in_says_so_and_is_judged_by_what_it_could_still_reach():
+    summary = apartment_with(FaultsConfig(close_doors_at_s=15.0))
+    assert summary.status == "sealed_in"
+    assert summary.honest
+    assert summary.explored < 0.9  # of what could once be explored
+    assert any(left["reason"] == "sealed" for left in summary.unknown_left)
+
+
+def test_a_robot_whose_wheels_lost_the_floor_says_that_it_is_stuck():
+    assert apartment_with(FaultsConfig(lift_at_s=10.0)).status == "stuck"
 
 
 def test_wheels_that_drift_smear_the_walls_and_the_scores_show_it():
