@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from occmap.geometry import Points, Pose2
+from occmap.geometry import Pose2
 from occmap.localization.matcher import Match, Matcher
 from occmap.localization.pose_graph import Loss, PoseGraph
-from occmap.localization.submap import Submap
+from occmap.localization.submap import Cloud, Submap
 
 
 @dataclass(frozen=True)
@@ -151,8 +151,7 @@ class LoopCloser:
         c = self.config
         target, query = self._submaps[older], self._submaps[younger]
         guess = self._graph.pose(older).inverse() @ self._graph.pose(younger)
-        near = near_points(query, c.query_radius_m)
-        sparse = every(near, c.query_spacing_m)
+        sparse = near(query, c.query_radius_m, c.query_spacing_m).points
         # turn about the query's centre, not its origin
         window_m = min(3.0 * sigma_m + c.window_m, c.max_window_m)
         window_rad = min(3.0 * sigma_rad + c.window_rad, c.max_window_rad)
@@ -163,7 +162,7 @@ class LoopCloser:
         if score <= c.least_score:
             self.log.append((older, younger, sigma_m, window_m, score, 0, 0, False))
             return None
-        match = self._matcher.refine(every(near, 0.1), target, found, found, np.eye(3) * 1e-3)
+        match = self._matcher.refine(near(query, c.query_radius_m, 0.1), target, found, found, np.eye(3) * 1e-3)
         conflict = self._conflict(target, query, match.submap_from_robot)
         ok = match.fit >= c.least_fit and conflict <= c.most_conflict
         self.log.append((older, younger, sigma_m, window_m, score, match.fit, conflict, ok))
@@ -196,7 +195,7 @@ class LoopCloser:
         for submap, other, submap_from_other in (
             (target, query, target_from_query), (query, target, target_from_query.inverse())
         ):  # fmt: skip
-            points = submap_from_other.apply(every(near_points(other, self.config.query_radius_m), 0.2))
+            points = submap_from_other.apply(near(other, self.config.query_radius_m, 0.2).points)
             a, b = kernels.count(points, submap.views_array, submap.view_ranges, submap.view_bearings)
             seen, through = seen + a, through + b
         return through / max(1, seen + through)
@@ -246,17 +245,15 @@ class LoopCloser:
         return distance, total
 
 
-def near_points(submap: Submap, radius_m: float) -> Points:
-    """(n, 2) the surfels seen at least twice, near the submap's centre; those seen most come first."""
-    cloud = submap.cloud
-    assert cloud is not None
-    offset = cloud[:, :2] - np.asarray(submap.centre)
-    near = cloud[((offset * offset).sum(axis=1) < radius_m * radius_m) & (cloud[:, 5] >= 2.0)]
-    return np.ascontiguousarray(near[np.argsort(-near[:, 5], kind="stable"), :2])
-
-
-def every(points: Points, spacing_m: float) -> Points:
-    """One point of each square of the given side."""
-    key = np.floor(points / spacing_m).astype(np.int64)
+def near(submap: Submap, radius_m: float, spacing_m: float) -> Cloud:
+    """The surfels seen at least twice, near the submap's centre; of each square of side spacing_m the surest."""
+    rows = submap.cloud
+    assert rows is not None
+    offset = rows[:, :2] - np.asarray(submap.centre)
+    rows = rows[((offset * offset).sum(axis=1) < radius_m * radius_m) & (rows[:, 5] >= 2.0)]
+    rows = rows[np.argsort(-rows[:, 5], kind="stable")]
+    key = np.floor(rows[:, :2] / spacing_m).astype(np.int64)
     _, first = np.unique(key[:, 0] * 1_000_003 + key[:, 1], return_index=True)
-    return np.ascontiguousarray(points[np.sort(first)])
+    rows = rows[np.sort(first)]
+    facing = np.where(rows[:, 4:5] > 0.5, rows[:, 2:4], rows[:, 6:8])
+    return Cloud(np.ascontiguousarray(rows[:, :2]), np.ascontiguousarray(facing))

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from occmap.geometry import Points, Pose2
 from occmap.localization.motion import Prediction
-from occmap.localization.submap import Submap
+from occmap.localization.submap import Cloud, Submap
 
 
 @dataclass(frozen=True)
@@ -55,15 +55,15 @@ class Matcher:
         self._surfels = surfel_kernels
         self._scales = np.array([self.config.wide_m, self.config.narrow_m])
 
-    def match(self, points: Points, submap: Submap, guess: Pose2, prediction: Prediction) -> Match:
-        """Points (n, 2) of the robot's frame against a submap, near a guess of submap_from_robot."""
-        start = self._track(points, submap, guess, prediction)
+    def match(self, cloud: Cloud, submap: Submap, guess: Pose2, prediction: Prediction) -> Match:
+        """A cloud of the robot's frame against a submap, near a guess of submap_from_robot."""
+        start = self._track(cloud.points, submap, guess, prediction)
         off = guess.inverse() @ start
         sm, sr = prediction.sigma_m, prediction.sigma_rad
         surprise = (off.x_m**2 + off.y_m**2) / sm**2 + off.yaw_rad**2 / sr**2
         # a search that went elsewhere has caught the wheels lying: Cauchy-like, let go of them
         prior = np.diag([sm**-2, sm**-2, sr**-2]) / (1.0 + surprise / 9.0) ** 2
-        return self.refine(points, submap, start, guess, prior)
+        return self.refine(cloud, submap, start, guess, prior)
 
     def _track(self, points: Points, submap: Submap, guess: Pose2, prediction: Prediction) -> Pose2:
         """The best pose on the raster near the guess, weighed against the prediction."""
@@ -94,16 +94,16 @@ class Matcher:
         )
         return best, score / whole
 
-    def refine(self, points: Points, submap: Submap, start: Pose2, prior: Pose2,
+    def refine(self, cloud: Cloud, submap: Submap, start: Pose2, prior: Pose2,
                prior_information: NDArray[np.float64]) -> Match:  # fmt: skip
         """Gauss-Newton from start, pulled to a prior by its (3, 3) information."""
         m, c = submap.surfels, self.config
         pose, information, weight = self._surfels.refine(
-            m.index, m.rows, *m.origin_m, m.voxels_per_m, points,
+            m.index, m.rows, *m.origin_m, m.voxels_per_m, cloud.points, cloud.facing,
             np.array([start.x_m, start.y_m, start.yaw_rad]), np.array([prior.x_m, prior.y_m, prior.yaw_rad]),
             prior_information, c.sigma_m, self._scales, c.iterations,
         )  # fmt: skip
-        return Match(Pose2(*pose), information, information + prior_information, weight / max(1, len(points)))
+        return Match(Pose2(*pose), information, information + prior_information, weight / max(1, len(cloud.points)))
 
 
 def angle_step(points: Points, cell_m: float) -> float:

@@ -13,7 +13,7 @@ from occmap.localization.loop_closure import LoopCloser, LoopClosureConfig
 from occmap.localization.matcher import Matcher, MatcherConfig
 from occmap.localization.motion import MotionConfig, MotionModel
 from occmap.localization.pose_graph import PoseGraph
-from occmap.localization.submap import SubmapConfig
+from occmap.localization.submap import Cloud, SubmapConfig
 from occmap.localization.told_map import ToldMap, ToldMapConfig
 from occmap.localization.tracker import Tracked, Tracker, TrackerConfig
 from occmap.localization.undistortion import undistorted
@@ -56,8 +56,8 @@ class SlamLocalizer:
         """Where the robot is, given what it senses now."""
         prediction = self.motion.predict(seen)
         scan = undistorted(seen.scan, seen.robot_from_lidar, prediction.step, self.motion.step_s)
-        points = matched_points(scan, seen.robot_from_lidar, self.config.submap.reach_m)
-        tracked = self.tracker.update(points, prediction, scan, seen.robot_from_lidar)
+        cloud = Cloud.of(scan, seen.robot_from_lidar, self.config.submap.reach_m)
+        tracked = self.tracker.update(cloud, prediction, scan, seen.robot_from_lidar)
         self.motion.took(self.tracker.last_step)
         self.track.append((seen.time_s, tracked))
         self._add_new_submaps()
@@ -116,9 +116,3 @@ class SlamLocalizer:
         shift = None if grid is None else pose @ before.inverse()
         return Estimate(pose, insert, grid, shift, None if scan is seen.scan else scan)
 
-
-def matched_points(scan: Scan, robot_from_lidar: Pose2, reach_m: float) -> Points:
-    """(n, 2) the hits within reach, in the robot's frame."""
-    hits = scan.hits_in_lidar()
-    hits = hits[(hits * hits).sum(axis=1) < reach_m * reach_m]
-    return np.ascontiguousarray(robot_from_lidar.apply(hits))

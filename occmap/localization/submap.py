@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from occmap.geometry import Points, Pose2
 from occmap.scan import Scan
 
-COLUMNS = 6
+COLUMNS = 8
 """Of a surfel's row, see surfel_kernels."""
 
 
@@ -85,12 +85,12 @@ class SurfelMap:
         self.rows = np.zeros((1024, COLUMNS))
         self.size = 0
 
-    def insert(self, points: Points) -> None:
-        """Averages in points (n, 2) of the submap's frame."""
+    def insert(self, points: Points, facing: Points) -> None:
+        """Averages in points (n, 2) of the submap's frame, and the unit vectors towards who saw them."""
         if self.size + len(points) > len(self.rows):
             self.rows = np.concatenate((self.rows, np.zeros((max(len(self.rows), len(points)), COLUMNS))))
         self.size = self._kernels.insert(
-            self.index, self.rows, self.size, points, *self.origin_m, self.voxels_per_m
+            self.index, self.rows, self.size, points, facing, *self.origin_m, self.voxels_per_m
         )
 
     def renew_normals(self) -> None:
@@ -100,6 +100,27 @@ class SurfelMap:
         """Takes over the finished surfels (n, COLUMNS) of another map of the same frame and voxels."""
         self.rows, self.size = rows, len(rows)
         self._kernels.reindex(self.index, rows, *self.origin_m, self.voxels_per_m)
+
+
+@dataclass(frozen=True)
+class Cloud:
+    """Points and the side that each was seen from."""
+
+    points: Points  # (n, 2)
+    facing: Points  # (n, 2) unit vectors
+
+    @staticmethod
+    def of(scan: Scan, robot_from_lidar: Pose2, reach_m: float) -> Cloud:
+        """The hits within reach, in the robot's frame."""
+        hit = scan.is_hit & (scan.ranges_m < reach_m)
+        bearings, ranges = scan.bearings_rad[hit] + robot_from_lidar.yaw_rad, scan.ranges_m[hit, None]
+        away = np.column_stack((np.cos(bearings), np.sin(bearings)))
+        return Cloud(away * ranges + np.array(robot_from_lidar.position), -away)
+
+    def moved(self, pose: Pose2) -> Cloud:
+        """The same in the left-hand frame of the pose."""
+        turn = Pose2(0.0, 0.0, pose.yaw_rad)
+        return Cloud(pose.apply(self.points), turn.apply(self.facing))
 
 
 @dataclass(frozen=True)
@@ -128,10 +149,11 @@ class Submap:
         self._surfels: SurfelMap | None = SurfelMap(self.config, (-half, -half), (half, half))
         self._raster: LikelihoodPyramid | None = LikelihoodPyramid(self.config, (-half, -half), (half, half))
 
-    def insert(self, points: Points, submap_from_robot: Pose2) -> None:
-        """Adds one scan's points (n, 2) of the submap's frame."""
-        self.surfels.insert(points)
-        self.raster.insert(points)
+    def insert(self, cloud: Cloud, submap_from_robot: Pose2) -> None:
+        """Adds one scan."""
+        moved = cloud.moved(submap_from_robot)
+        self.surfels.insert(moved.points, moved.facing)
+        self.raster.insert(moved.points)
         self.scans += 1
         x, y = self.centre
         self.centre = (

@@ -1,8 +1,10 @@
 """Kernels of the fine match: a map of surfels (little pieces of wall) and Gauss-Newton against it.
 
-A surfel is the mean of all points that fell into one voxel, with the normal of the wall round it.
-`index` (ny, nx) int32 holds a voxel's row in `surfels` (capacity, 6) or -1; a row is
-(mean x, mean y, normal x, normal y, flatness, count). A flatness of 0 says that there is no normal.
+A surfel is the mean of all points that fell into one voxel, with the normal of the wall round it,
+towards the side that it was seen from: a partition has two faces, and a scan of one must not be
+pulled to the other. `index` (ny, nx) int32 holds a voxel's row in `surfels` (capacity, 8) or -1; a row
+is (mean x, mean y, normal x, normal y, flatness, count, view x, view y), the view being the mean unit
+vector towards the sensor. Flatness is 0 where there is no normal, -1 where there is too little to tell.
 """
 
 from __future__ import annotations
@@ -10,10 +12,13 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+LEAST_SUPPORT = 4.0
+"""Fewer points tell nothing."""
+
 
 @njit(cache=True)
-def insert(index, surfels, size, points, origin_x, origin_y, voxels_per_m):
-    """Average points (n, 2) into their voxels and renew those voxels' normals; returns the new size.
+def insert(index, surfels, size, points, facing, origin_x, origin_y, voxels_per_m):
+    """Average points (n, 2), seen from facing (n, 2), into their voxels and renew those voxels' normals; returns the new size.
 
     The capacity must hold size + n rows. O(points * 25).
     """
@@ -32,6 +37,8 @@ def insert(index, surfels, size, points, origin_x, origin_y, voxels_per_m):
         surfels[row, 5] += 1.0
         surfels[row, 0] += (points[p, 0] - surfels[row, 0]) / surfels[row, 5]
         surfels[row, 1] += (points[p, 1] - surfels[row, 1]) / surfels[row, 5]
+        surfels[row, 6] += (facing[p, 0] - surfels[row, 6]) / surfels[row, 5]
+        surfels[row, 7] += (facing[p, 1] - surfels[row, 7]) / surfels[row, 5]
     for p in range(points.shape[0]):
         ix = int(np.floor((points[p, 0] - origin_x) * voxels_per_m))
         iy = int(np.floor((points[p, 1] - origin_y) * voxels_per_m))
@@ -55,11 +62,13 @@ def _renew_normal(index, surfels, ix, iy):
     n = 0.0
     sx = sy = sxx = sxy = syy = 0.0
     here = index[iy, ix]
-    x0, y0 = surfels[here, 0], surfels[here, 1]
+    x0, y0, vx, vy = surfels[here, 0], surfels[here, 1], surfels[here, 6], surfels[here, 7]
     for y in range(iy - 2, iy + 3):
         for x in range(ix - 2, ix + 3):
             row = index[y, x]
             if row >= 0:
+                if surfels[row, 6] * vx + surfels[row, 7] * vy < -0.3:
+                    continue  # the other face
                 w = min(surfels[row, 5], 20.0)
                 dx, dy = surfels[row, 0] - x0, surfels[row, 1] - y0
                 n += w
@@ -71,16 +80,23 @@ def _renew_normal(index, surfels, ix, iy):
     cxx, cxy, cyy = sxx / n - sx * sx / n / n, sxy / n - sx * sy / n / n, syy / n - sy * sy / n / n
     middle, spread = 0.5 * (cxx + cyy), np.hypot(0.5 * (cxx - cyy), cxy)
     thin, long = max(middle - spread, 0.0), middle + spread
+    if n < LEAST_SUPPORT:
+        surfels[here, 4] = -1.0
+        return
     if long < 0.0025:  # a blob of less than 5 cm has no direction
         surfels[here, 4] = 0.0
         return
     angle = 0.5 * np.arctan2(2.0 * cxy, cxx - cyy) + 0.5 * np.pi
-    surfels[here, 2], surfels[here, 3] = np.cos(angle), np.sin(angle)
+    nx, ny = np.cos(angle), np.sin(angle)
+    if nx * vx + ny * vy < 0.0:
+        nx, ny = -nx, -ny
+    surfels[here, 2], surfels[here, 3] = nx, ny
     surfels[here, 4] = 1.0 - thin / long
 
 
 @njit(cache=True)
-def linearise(index, surfels, origin_x, origin_y, voxels_per_m, points, pose, scale, hessian, gradient):
+def linearise(index, surfels, origin_x, origin_y, voxels_per_m, points, facing, pose, scale, hessian,
+              gradient):  # fmt: skip
     """Adds the points' normal equations about pose (x, y, yaw); returns the sum of weights.
 
     Point-to-line residuals where the surfel is flat, blended into point-to-point where it is not;
@@ -97,19 +113,22 @@ def linearise(index, surfels, origin_x, origin_y, voxels_per_m, points, pose, sc
         iy = int(np.floor((y - origin_y) * voxels_per_m))
         if ix < 0 or iy < 0 or ix >= index.shape[1] or iy >= index.shape[0]:
             continue
+        fx = c * facing[p, 0] - s * facing[p, 1]
+        fy = s * facing[p, 0] + c * facing[p, 1]
         total = mxx = mxy = myy = gx = gy = 0.0
         for j in range(max(iy - 1, 0), min(iy + 2, index.shape[0])):
             for i in range(max(ix - 1, 0), min(ix + 2, index.shape[1])):
                 row = index[j, i]
                 if row < 0:
                     continue
+                flat, nx, ny = surfels[row, 4], surfels[row, 2], surfels[row, 3]
+                if flat < 0.0 or (flat > 0.5 and nx * fx + ny * fy < 0.0):
+                    continue  # too little to tell, or the wall's other face
                 ex, ey = x - surfels[row, 0], y - surfels[row, 1]
                 near = 1.0 - (ex * ex + ey * ey) * blur
                 if near <= 0.0:
                     continue
                 v = near * near * min(surfels[row, 5], 20.0)
-                flat = surfels[row, 4]
-                nx, ny = surfels[row, 2], surfels[row, 3]
                 # metric M = flat^2 n n^T + (1 - flat) * 0.1 * I, in which e^T M e is the squared residual
                 f2, iso = v * flat * flat, v * 0.1 * (1.0 - flat)
                 axx, axy, ayy = f2 * nx * nx + iso, f2 * nx * ny, f2 * ny * ny + iso
@@ -140,7 +159,7 @@ def linearise(index, surfels, origin_x, origin_y, voxels_per_m, points, pose, sc
 
 
 @njit(cache=True)
-def refine(index, surfels, origin_x, origin_y, voxels_per_m, points, start, prior, prior_information, sigma_m,
+def refine(index, surfels, origin_x, origin_y, voxels_per_m, points, facing, start, prior, prior_information, sigma_m,
            scales, iterations):  # fmt: skip
     """Gauss-Newton from start (x, y, yaw), pulled to prior by its 3 x 3 information.
 
@@ -156,7 +175,8 @@ def refine(index, surfels, origin_x, origin_y, voxels_per_m, points, start, prio
             hessian[:, :] = 0.0
             gradient = np.zeros(3)
             weight = linearise(
-                index, surfels, origin_x, origin_y, voxels_per_m, points, pose, scale, hessian, gradient
+                index, surfels, origin_x, origin_y, voxels_per_m, points, facing, pose, scale, hessian,
+                gradient,
             )
             hessian[1, 0], hessian[2, 0], hessian[2, 1] = hessian[0, 1], hessian[0, 2], hessian[1, 2]
             hessian *= per_point

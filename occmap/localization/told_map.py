@@ -26,8 +26,8 @@ class ToldMapConfig:
     """Or has turned this far."""
     every_s: float = 1.0
     """Or this long has passed: what it looks at may have changed."""
-    moved_m: float = 0.05
-    """A correction is worth a new grid once it moves a place by a cell."""
+    moved_m: float = 0.03
+    """A correction is worth a new grid once it moves a place by half a cell."""
     lever_m: float = 5.0
     """A turn counts as the move of a wall this far away."""
     scans_per_turn: int = 20

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from occmap.geometry import Points, Pose2, wrap_angle
+from occmap.geometry import Pose2, wrap_angle
 from occmap.localization.matcher import Match, Matcher
 from occmap.localization.motion import Prediction
-from occmap.localization.submap import Submap, SubmapConfig, View
+from occmap.localization.submap import Cloud, Submap, SubmapConfig, View
 from occmap.scan import Scan
 
 
@@ -79,14 +79,14 @@ class Tracker:
         """The older of the two growing submaps."""
         return max(len(self.submaps) - 2, 0)
 
-    def update(self, points: Points, prediction: Prediction, scan: Scan, robot_from_lidar: Pose2) -> Tracked:
-        """Track one scan, whose points (n, 2) are in the robot's frame."""
+    def update(self, cloud: Cloud, prediction: Prediction, scan: Scan, robot_from_lidar: Pose2) -> Tracked:
+        """Track one scan, given in the robot's frame."""
         if not self.submaps:
             self._begin_submap(scan)
-            self._insert(points, scan, robot_from_lidar)
+            self._insert(cloud, scan, robot_from_lidar)
             return Tracked(0, self._pose, self._pose, 0.0)
         guess = self._pose @ prediction.step
-        match = self.matcher.match(points, self.submaps[self.reference], guess, prediction)
+        match = self.matcher.match(cloud, self.submaps[self.reference], guess, prediction)
         self.last_step = self._pose.inverse() @ match.submap_from_robot
         self._pose = match.submap_from_robot
         tracked = Tracked(
@@ -94,10 +94,10 @@ class Tracker:
         )
         if self._moved_enough():
             self._add_drift(match)
-            self._insert(points, scan, robot_from_lidar)
+            self._insert(cloud, scan, robot_from_lidar)
             if self.submaps[-1].scans >= self.config.scans_per_half:
                 self._begin_submap(scan)
-                self._insert_into(self.submaps[-1], Pose2.identity(), points, scan, robot_from_lidar)
+                self._insert_into(self.submaps[-1], Pose2.identity(), cloud, scan, robot_from_lidar)
         return tracked
 
     def finish(self) -> list[int]:
@@ -121,19 +121,19 @@ class Tracker:
         metres = math.hypot(moved.x_m, moved.y_m)
         return metres > self.config.insert_every_m or abs(moved.yaw_rad) > self.config.insert_every_rad
 
-    def _insert(self, points: Points, scan: Scan, robot_from_lidar: Pose2) -> None:
+    def _insert(self, cloud: Cloud, scan: Scan, robot_from_lidar: Pose2) -> None:
         self._last_inserted = self._pose
-        self._insert_into(self.submaps[self.reference], self._pose, points, scan, robot_from_lidar)
+        self._insert_into(self.submaps[self.reference], self._pose, cloud, scan, robot_from_lidar)
         if len(self.submaps) > 1:
             pose = self.younger_from_older() @ self._pose
-            self._insert_into(self.submaps[-1], pose, points, scan, robot_from_lidar)
+            self._insert_into(self.submaps[-1], pose, cloud, scan, robot_from_lidar)
 
     def _insert_into(
-        self, submap: Submap, pose: Pose2, points: Points, scan: Scan, robot_from_lidar: Pose2
+        self, submap: Submap, pose: Pose2, cloud: Cloud, scan: Scan, robot_from_lidar: Pose2
     ) -> None:
         if submap.scans % self.config.view_every == 0:
             submap.views.append(View(pose @ robot_from_lidar, scan))
-        submap.insert(pose.apply(points), pose)
+        submap.insert(cloud, pose)
 
     def _begin_submap(self, scan: Scan) -> None:
         """A new submap at the robot's pose; the older of the two before it is full."""
