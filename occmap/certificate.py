@@ -24,9 +24,14 @@ def certify(
     wave: Wavefront,
     looks: FailedLooks,
     min_frontier_m: float,
+    nearest_look_m: float,
     body_radius_m: float,
 ) -> tuple[UnknownLeft, ...]:
-    """The reason for every frontier, given a flood of all that the body can reach."""
+    """The reason for every frontier, given a flood of all that the body can reach.
+
+    Where the body cannot come as near as nearest_look_m, a gap too narrow for it is what is wrong,
+    however often it has looked from farther away.
+    """
     reached = np.isfinite(wave.cost_m)
     regions, _ = ndimage.label(grid.state == Belief.FREE)
     own_regions = np.unique(regions[reached])
@@ -42,9 +47,9 @@ def certify(
         if not np.isin(regions[frontier.cells[:, 1], frontier.cells[:, 0]], own_regions).any():
             return because(Reason.SEALED, "no free space leads to it")
         failed = looks.at(frontier, grid)
-        if failed:
-            return because(failed[-1].reason, f"{len(failed)} tries: {failed[-1].why}")
         away_m = _distance_to_reached_m(frontier, grid, reached)
+        if failed and away_m < nearest_look_m:
+            return because(failed[-1].reason, f"{len(failed)} tries: {failed[-1].why}")
         return because(
             Reason.TOO_NARROW,
             f"a body {2.0 * body_radius_m:.2f} m wide comes no nearer than {away_m:.2f} m and sees no further from there",

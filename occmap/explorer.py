@@ -316,6 +316,7 @@ class Explorer:
             wave,
             self.looks,
             self.config.goals.min_frontier_m,
+            self.config.goals.look_from_m[-1],
             self.config.planner.body_radius_m,
         )
         self._events.append(f"{status.value}: {len(self._unknown_left)} frontiers left unseen")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from occmap.frontiers import Frontier, FrontierConfig, FrontierMap
@@ -54,7 +54,7 @@ class GoalSearch:
             if wave.is_exhausted or not self.chooser.may_be_beaten_beyond(bound_m, best):
                 break
         if best is None:
-            goals = self._from_afar(worth_a_look, grid, wave, max_range_m) or self._nooks(grid, wave)
+            goals = self._from_afar(worth_a_look, grid, wave, max_range_m) or self._nooks(grid, wave, max_range_m)
             best = best_of(goals)
         return Search(best, tuple(goals), wave)
 
@@ -92,17 +92,17 @@ class GoalSearch:
                 return goals
         return []
 
-    def _nooks(self, grid: OccupancyGrid, wave: Wavefront) -> list[Goal]:
+    def _nooks(self, grid: OccupancyGrid, wave: Wavefront, max_range_m: float) -> list[Goal]:
         """Slits and corners between obstacles: unknown beside occupied cells, where it is too much to be flicker."""
-        config = self.chooser.config
         every_edge = FrontierMap(FrontierConfig(ignore_rim=False))
         every_edge.rebuild(grid)
-        nooks = [
-            edge
+        found = (
+            self.chooser.goal_for(edge, grid, wave, 0.5 * max_range_m)
             for edge in every_edge.clusters(grid)
-            if edge.size * grid.frame.resolution_m >= config.min_nook_m and not self.looks.at(edge, grid)
-        ]
-        return self._from_near([(nook, 0) for nook in nooks], grid, wave)
+            if edge.size * grid.frame.resolution_m >= self.chooser.config.min_nook_m
+            and not self.looks.at(edge, grid)
+        )
+        return [replace(goal, is_nook=True) for goal in found if goal is not None]
 
 
 def _within(

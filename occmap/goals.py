@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 SAME_GOAL_M = 1.0
 """Goals whose frontiers lie no farther apart are taken for one, seen at two times."""
 
+GONE_SHARE = 0.25
+"""With less than this of its frontier left, a goal is gone."""
+
 Strategy = Literal["nearest", "utility"]
 
 
@@ -71,6 +74,8 @@ class Goal:
     utility: float
     watched_in_map: Points
     """(k, 2) places on the frontier; when none is frontier any more, the goal is gone."""
+    is_nook: bool = False
+    """Its frontier runs along walls: what the frontier map leaves out as a rim."""
 
     def distance_m(self, other: Goal) -> float:
         """Between the centroids of the two frontiers."""
@@ -151,8 +156,10 @@ class GoalChooser:
     def is_gone(self, goal: Goal, grid: OccupancyGrid, frontier_mask: np.ndarray) -> bool:
         """True once next to nothing of the goal's frontier is left within 0.3 m of where it was."""
         cells = grid.frame.cell_from_map(goal.watched_in_map)
+        if goal.is_nook:
+            return self._kernels.share_beside_unknown(grid.state, cells) < GONE_SHARE
         radius = max(1, round(0.3 / grid.frame.resolution_m))
-        return self._kernels.share_with_neighbour(frontier_mask, cells, radius) < 0.25
+        return self._kernels.share_with_neighbour(frontier_mask, cells, radius) < GONE_SHARE
 
     def successor(self, goal: Goal, goals: Sequence[Goal]) -> Goal | None:
         """What has become of a goal since: the nearest among the new ones, if it is near."""

@@ -181,3 +181,17 @@ def share_with_neighbour(mask, cells, radius):
                 break
         found += hit
     return found / max(1, cells.shape[0])
+
+
+@njit(cache=True)
+def share_beside_unknown(state, cells):
+    """Share of the cells that are free with an unknown 4-neighbour: frontier, a wall's rim or not."""
+    ny, nx = state.shape
+    found = 0
+    for k in range(cells.shape[0]):
+        x, y = cells[k, 0], cells[k, 1]
+        if x < 1 or y < 1 or x >= nx - 1 or y >= ny - 1 or state[y, x] == OCCUPIED or state[y, x] == UNKNOWN:
+            continue
+        around = state[y, x - 1] == UNKNOWN or state[y, x + 1] == UNKNOWN
+        found += around or state[y - 1, x] == UNKNOWN or state[y + 1, x] == UNKNOWN
+    return found / max(1, cells.shape[0])

@@ -8,7 +8,10 @@ from numba import njit
 
 @njit(cache=True)
 def sees(free, x0, y0, x1, y1):
-    """Whether all cells of Bresenham's line (1965, all-octant integer form) are free. O(length)."""
+    """Whether all cells of Bresenham's line (1965, all-octant integer form) are free. O(length).
+
+    Walls that touch at a corner are closed there: a beam does not pass between them.
+    """
     dx, dy = abs(x1 - x0), abs(y1 - y0)
     sx = 1 if x1 > x0 else -1
     sy = 1 if y1 > y0 else -1
@@ -19,6 +22,8 @@ def sees(free, x0, y0, x1, y1):
         if x0 == x1 and y0 == y1:
             return True
         twice = 2 * error
+        if -dy < twice < dx and not (free[y0, x0 + sx] or free[y0 + sy, x0]):
+            return False
         if twice > -dy:
             error -= dy
             x0 += sx

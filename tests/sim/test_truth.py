@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -53,6 +54,12 @@ def line(x0: int, y0: int, x1: int, y1: int) -> list[tuple[int, int]]:
     return visited
 
 
+def is_clear(wall: np.ndarray, cells: list[tuple[int, int]]) -> bool:
+    """No wall on a line, nor two that touch at a corner which it turns around."""
+    corners = [wall[y0, x1] and wall[y1, x0] for (x0, y0), (x1, y1) in itertools.pairwise(cells)]
+    return not any(wall[y, x] for x, y in cells) and not any(corners)
+
+
 def explorable_by_hand(truth: TruthGrid, start: Pose2, range_m: float) -> np.ndarray:
     """The definition, word by word: every free cell against every place."""
     stride = max(1, math.floor(PLACE_SPACING_M / truth.resolution_m + 1e-6))
@@ -63,7 +70,7 @@ def explorable_by_hand(truth: TruthGrid, start: Pose2, range_m: float) -> np.nda
     for iy, ix in np.argwhere(~truth.wall).tolist():
         seen[iy, ix] = any(
             math.hypot(px - ix, py - iy) * truth.resolution_m <= range_m + 1e-9
-            and not any(truth.wall[y, x] for x, y in line(ix, iy, px, py))
+            and is_clear(truth.wall, line(ix, iy, px, py))
             for px, py in places
         )
     return seen
@@ -157,6 +164,22 @@ def test_a_room_behind_a_slot_is_seen_through_it_but_only_there():
     assert seen[1:10, 1:24].all()
     assert seen[15, 12]
     assert not seen[12, 1]
+
+
+def test_walls_that_touch_at_a_corner_are_closed_there():
+    truth = drawn("""################
+                        #..............#
+                        #..............#
+                        #..............#
+                        #..............#
+                        #..............#
+                        ########.......#
+                        #.......########
+                        #..............#
+                        #..............#
+                        ################""")
+    seen = explorable(truth, at(truth, 4, 2), BODY_M, 12.0)
+    assert not seen[7:10, 8:15].any()
 
 
 def test_a_start_in_a_closed_room_sees_that_room_alone():
