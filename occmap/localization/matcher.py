@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from occmap.geometry import Points, Pose2
 from occmap.localization.motion import Prediction
-from occmap.localization.submap import Cloud, Submap
+from occmap.localization.submap import Submap
+from occmap.localization.surfel_map import Cloud
 
 
 @dataclass(frozen=True)
@@ -110,3 +111,9 @@ def angle_step(points: Points, cell_m: float) -> float:
     """The turn that moves the farthest point by about a cell; far stragglers do not count."""
     reach = float(np.sqrt((points * points).sum(axis=1).max()))
     return cell_m / min(max(reach, 1.0), 15.0)
+
+
+def axes(yaw_rad: float) -> NDArray[np.float64]:
+    """(3, 3) rotation of (x, y, yaw): `axes(a_from_b.yaw_rad)` takes coordinates in b's axes to a's."""
+    c, s = math.cos(yaw_rad), math.sin(yaw_rad)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])

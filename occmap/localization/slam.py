@@ -13,7 +13,8 @@ from occmap.localization.loop_closure import LoopCloser, LoopClosureConfig
 from occmap.localization.matcher import Matcher, MatcherConfig
 from occmap.localization.motion import MotionConfig, MotionModel
 from occmap.localization.pose_graph import PoseGraph
-from occmap.localization.submap import Cloud, SubmapConfig
+from occmap.localization.submap import SubmapConfig
+from occmap.localization.surfel_map import Cloud
 from occmap.localization.told_map import ToldMap, ToldMapConfig
 from occmap.localization.tracker import Tracked, Tracker, TrackerConfig
 from occmap.localization.undistortion import undistorted
@@ -51,6 +52,7 @@ class SlamLocalizer:
         self.told = ToldMap(c.told, grid, sensor_model)
         self.track: list[tuple[float, Tracked]] = []
         self._settled = True
+        self._to_tell = False
 
     def update(self, seen: Observation) -> Estimate:
         """Where the robot is, given what it senses now."""
@@ -68,7 +70,12 @@ class SlamLocalizer:
         """Nothing more will be seen: close the loops that can be closed, and settle."""
         for submap in self.tracker.finish():
             self.loops.propose(submap)
-        while self.loops.busy:
+        self._think_to_the_end()
+        self.loops.propose_lonely()
+        self._think_to_the_end()
+
+    def _think_to_the_end(self) -> None:
+        while self.loops.waiting:
             self._think()
         self.graph.optimise()
 
@@ -102,8 +109,10 @@ class SlamLocalizer:
             self._settled = False
         if not self._settled:
             self._settled = self.graph.iterate().converged
-            if self._settled:
-                self.told.correct(self._map_from_submap())
+            self._to_tell = self._to_tell or self._settled
+        if self._to_tell and not self.told.is_rebuilding:
+            self.told.correct(self._map_from_submap())
+            self._to_tell = False
 
     def _tell(self, seen: Observation, scan: Scan, tracked: Tracked) -> Estimate:
         """The pose in the frame that the receiver knows; or the corrected one, and a grid to go with it."""

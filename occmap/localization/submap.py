@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from occmap.geometry import Points, Pose2
+from occmap.localization.likelihood_pyramid import LikelihoodPyramid
+from occmap.localization.surfel_map import Cloud, Corner, SurfelMap
 from occmap.scan import Scan
-
-COLUMNS = 8
-"""Of a surfel's row, see surfel_kernels."""
 
 
 @dataclass(frozen=True)
@@ -22,7 +20,7 @@ class SubmapConfig:
     cell_m: float = 0.05
     """Side of a cell of the raster that the correlative search scores on."""
     voxel_m: float = 0.06
-    """Points within one voxel are averaged into one surfel."""
+    """Points within one voxel are averaged into one surfel; smaller than a partition is thick."""
     spread_m: float = 0.06
     """Standard deviation of the peak that a point leaves on the raster."""
     reach_m: float = 30.0
@@ -36,104 +34,28 @@ class SubmapConfig:
                 raise ValueError(f"{name} must be positive, got {getattr(self, name)}")
 
 
-class LikelihoodPyramid:
-    """A raster of how likely a point is to lie in each cell (0 to 255), and its upper bounds."""
-
-    LEVELS = 7
-
-    def __init__(self, config: SubmapConfig, low_m: tuple[float, float], high_m: tuple[float, float]) -> None:
-        from occmap.localization import search_kernels
-
-        self._kernels = search_kernels
-        self.cell_m = config.cell_m
-        self.origin_m = low_m
-        nx = math.ceil((high_m[0] - low_m[0]) / config.cell_m)
-        ny = math.ceil((high_m[1] - low_m[1]) / config.cell_m)
-        shapes = [(ny, nx)] + [((ny >> k) + 3, (nx >> k) + 3) for k in range(1, self.LEVELS)]
-        self.shapes = np.array(shapes, np.int64)
-        self.starts = np.concatenate(([0], np.cumsum(self.shapes.prod(axis=1))[:-1]))
-        self.buffer = np.zeros(int(self.shapes.prod(axis=1).sum()), np.uint8)
-        self._profile = _peak(config.spread_m / config.cell_m)
-
-    def insert(self, points: Points) -> None:
-        """Adds points (n, 2) of the submap's frame."""
-        self._kernels.stamp(
-            self.buffer, self.starts, self.shapes, points, *self.origin_m, 1.0 / self.cell_m, self._profile
-        )
-
-
-def _peak(sigma_cells: float) -> NDArray[np.uint8]:
-    """(r, r) a Gaussian of 255 by the distance in cells along both axes, out to two sigma."""
-    d = np.arange(math.ceil(2.0 * sigma_cells) + 1)
-    return np.round(255.0 * np.exp(-0.5 * (d[:, None] ** 2 + d[None, :] ** 2) / sigma_cells**2)).astype(
-        np.uint8
-    )
-
-
-class SurfelMap:
-    """Little pieces of wall: averaged points with normals, found by voxel."""
-
-    def __init__(self, config: SubmapConfig, low_m: tuple[float, float], high_m: tuple[float, float]) -> None:
-        from occmap.localization import surfel_kernels
-
-        self._kernels = surfel_kernels
-        self.origin_m = low_m
-        self.voxels_per_m = 1.0 / config.voxel_m
-        nx = math.ceil((high_m[0] - low_m[0]) / config.voxel_m) + 1
-        ny = math.ceil((high_m[1] - low_m[1]) / config.voxel_m) + 1
-        self.index = np.full((ny, nx), -1, np.int32)
-        self.rows = np.zeros((1024, COLUMNS))
-        self.size = 0
-
-    def insert(self, points: Points, facing: Points) -> None:
-        """Averages in points (n, 2) of the submap's frame, and the unit vectors towards who saw them."""
-        if self.size + len(points) > len(self.rows):
-            self.rows = np.concatenate((self.rows, np.zeros((max(len(self.rows), len(points)), COLUMNS))))
-        self.size = self._kernels.insert(
-            self.index, self.rows, self.size, points, facing, *self.origin_m, self.voxels_per_m
-        )
-
-    def renew_normals(self) -> None:
-        self._kernels.renew_normals(self.index, self.rows, self.size, *self.origin_m, self.voxels_per_m)
-
-    def adopt(self, rows: NDArray[np.float64]) -> None:
-        """Takes over the finished surfels (n, COLUMNS) of another map of the same frame and voxels."""
-        self.rows, self.size = rows, len(rows)
-        self._kernels.reindex(self.index, rows, *self.origin_m, self.voxels_per_m)
-
-
-@dataclass(frozen=True)
-class Cloud:
-    """Points and the side that each was seen from."""
-
-    points: Points  # (n, 2)
-    facing: Points  # (n, 2) unit vectors
-
-    @staticmethod
-    def of(scan: Scan, robot_from_lidar: Pose2, reach_m: float) -> Cloud:
-        """The hits within reach, in the robot's frame."""
-        hit = scan.is_hit & (scan.ranges_m < reach_m)
-        bearings, ranges = scan.bearings_rad[hit] + robot_from_lidar.yaw_rad, scan.ranges_m[hit, None]
-        away = np.column_stack((np.cos(bearings), np.sin(bearings)))
-        return Cloud(away * ranges + np.array(robot_from_lidar.position), -away)
-
-    def moved(self, pose: Pose2) -> Cloud:
-        """The same in the left-hand frame of the pose."""
-        turn = Pose2(0.0, 0.0, pose.yaw_rad)
-        return Cloud(pose.apply(self.points), turn.apply(self.facing))
-
-
 @dataclass(frozen=True)
 class View:
-    """A scan that a submap was made of, kept to tell what was seen through."""
+    """One of the scans that a submap was made of, kept to tell what was seen through."""
 
     submap_from_lidar: Pose2
-    scan: Scan
+    bearings_rad: NDArray[np.float64]  # (n,) ascending
+    ranges_m: NDArray[np.float64]  # (n,) 0 where a beam met nothing
+
+    @staticmethod
+    def of(scan: Scan, submap_from_lidar: Pose2) -> View:
+        order = np.argsort(scan.bearings_rad, kind="stable")
+        ranges = np.where(scan.is_hit, scan.ranges_m, 0.0)
+        return View(submap_from_lidar, scan.bearings_rad[order], ranges[order])
 
 
 @dataclass
 class Submap:
-    """Surfels of a few metres of travel. Its frame is the robot's pose at its first scan."""
+    """Surfels of a few metres of travel. Its frame is the robot's pose at its first scan.
+
+    It grows until it is finished; then `cloud` holds all of it, and surfels and raster are built from
+    that when they are asked for.
+    """
 
     config: SubmapConfig
     previous_from_submap: Pose2
@@ -141,51 +63,24 @@ class Submap:
     reach_m: float
     scans: int = 0
     cloud: NDArray[np.float64] | None = None  # (n, COLUMNS) surfels, once finished
-    centre: tuple[float, float] = (0.0, 0.0)
+    centre: tuple[float, float] = (0.0, 0.0)  # mean of the robot's positions
     views: list[View] = field(default_factory=list)
-
-    def __post_init__(self) -> None:
-        half = min(self.reach_m, self.config.reach_m) + self.config.margin_m
-        self._surfels: SurfelMap | None = SurfelMap(self.config, (-half, -half), (half, half))
-        self._raster: LikelihoodPyramid | None = LikelihoodPyramid(self.config, (-half, -half), (half, half))
+    _surfels: SurfelMap | None = None
+    _raster: LikelihoodPyramid | None = None
 
     def insert(self, cloud: Cloud, submap_from_robot: Pose2) -> None:
-        """Adds one scan."""
+        """Adds one scan, a cloud in the robot's frame."""
         moved = cloud.moved(submap_from_robot)
-        self.surfels.insert(moved.points, moved.facing)
+        self.surfels.insert(moved)
         self.raster.insert(moved.points)
         self.scans += 1
-        x, y = self.centre
-        self.centre = (
-            x + (submap_from_robot.x_m - x) / self.scans,
-            y + (submap_from_robot.y_m - y) / self.scans,
-        )
+        (x, y), (new_x, new_y) = self.centre, submap_from_robot.position
+        self.centre = x + (new_x - x) / self.scans, y + (new_y - y) / self.scans
 
     def finish(self) -> None:
         """Nothing is inserted from now on: keep the surfels, give up the working memory."""
-        self.surfels.renew_normals()
-        self.cloud = self.surfels.rows[: self.surfels.size].copy()
+        self.cloud = self.surfels.finished_rows()
         self.release()
-
-    @property
-    def views_array(self):
-        return np.array(
-            [
-                [v.submap_from_lidar.x_m, v.submap_from_lidar.y_m, v.submap_from_lidar.yaw_rad]
-                for v in self.views
-            ]
-        )
-
-    @property
-    def view_ranges(self):
-        n = max(len(v.scan.ranges_m) for v in self.views)
-        return np.array(
-            [np.where(v.scan.is_hit, v.scan.ranges_m, 0.0) for v in self.views if len(v.scan.ranges_m) == n]
-        )
-
-    @property
-    def view_bearings(self):
-        return self.views[0].scan.bearings_rad
 
     def release(self) -> None:
         """Give up what can be built again from the cloud."""
@@ -194,23 +89,38 @@ class Submap:
     @property
     def surfels(self) -> SurfelMap:
         if self._surfels is None:
-            assert self.cloud is not None
-            self._surfels = SurfelMap(self.config, *self._bounds())
-            self._surfels.adopt(self.cloud)
+            self._surfels = SurfelMap(self.config.voxel_m, *self._bounds())
+            if self.cloud is not None:
+                self._surfels.adopt(self.cloud)
         return self._surfels
 
     @property
     def raster(self) -> LikelihoodPyramid:
         if self._raster is None:
-            assert self.cloud is not None
-            self._raster = LikelihoodPyramid(self.config, *self._bounds())
-            self._raster.insert(np.ascontiguousarray(self.cloud[:, :2]))
+            self._raster = LikelihoodPyramid(self.config.cell_m, self.config.spread_m, *self._bounds())
+            if self.cloud is not None:
+                self._raster.insert(np.ascontiguousarray(self.cloud[:, :2]))
         return self._raster
 
-    def _bounds(self) -> tuple[tuple[float, float], tuple[float, float]]:
-        """Low and high corner of the cloud, on the voxels' lattice, with room for a search's margin."""
-        assert self.cloud is not None
-        v = self.config.voxel_m
-        low = (np.floor(self.cloud[:, :2].min(axis=0) / v) - 4) * v
-        high = (np.ceil(self.cloud[:, :2].max(axis=0) / v) + 4) * v
+    def _bounds(self) -> tuple[Corner, Corner]:
+        """Low and high corner: of all within reach while it grows, of the cloud when it is finished."""
+        if self.cloud is None or len(self.cloud) == 0:
+            half = min(self.reach_m, self.config.reach_m) + self.config.margin_m
+            return (-half, -half), (half, half)
+        room_m = 4.0 * self.config.voxel_m
+        low, high = self.cloud[:, :2].min(axis=0) - room_m, self.cloud[:, :2].max(axis=0) + room_m
         return (float(low[0]), float(low[1])), (float(high[0]), float(high[1]))
+
+
+def share_seen_through(submap: Submap, points: Points) -> float:
+    """Of the points (n, 2) of a submap's frame that its views can judge: how many they look through."""
+    from occmap.localization import visibility_kernels as kernels
+
+    met, passed = np.zeros(len(points), np.bool_), np.zeros(len(points), np.bool_)
+    for view in submap.views:
+        lidar = view.submap_from_lidar
+        kernels.look(
+            points, lidar.x_m, lidar.y_m, lidar.yaw_rad, view.bearings_rad, view.ranges_m, met, passed
+        )
+    through = int(np.count_nonzero(passed & ~met))
+    return through / max(1, through + int(np.count_nonzero(met)))

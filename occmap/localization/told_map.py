@@ -30,7 +30,7 @@ class ToldMapConfig:
     """A correction is worth a new grid once it moves a place by half a cell."""
     lever_m: float = 5.0
     """A turn counts as the move of a wall this far away."""
-    scans_per_turn: int = 20
+    scans_per_turn: int = 30
     """So many scans are spent on the new grid in one update: none may hold up the robot."""
     room_m: float = 5.0
     """The robot may drive so far meanwhile without leaving the part that is built anew."""
@@ -94,12 +94,15 @@ class ToldMap:
                 distance = math.hypot(*(pose @ robot_from_lidar).position)
                 self._reach_m[k] = max(self._reach_m[k], distance + reach_m)
 
+    @property
+    def is_rebuilding(self) -> bool:
+        return self._rebuild is not None
+
     def correct(self, map_from_submap: list[Pose2]) -> None:
-        """Begin to take over corrected poses, if they differ enough and none are being taken over."""
-        if self._rebuild is not None or not any(self._moved(map_from_submap, self.config.moved_m)):
-            return
-        self._corrected = map_from_submap
-        self._begin()
+        """Begin to take over corrected poses, if they differ enough. Not while others are being taken over."""
+        if any(self._moved(map_from_submap, self.config.moved_m)):
+            self._corrected = map_from_submap
+            self._begin()
 
     def step(self) -> OccupancyGrid | None:
         """A turn's part of the rebuilding; the new grid, and poses told by it, when it is done."""

@@ -9,9 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from occmap.geometry import Pose2, wrap_angle
-from occmap.localization.matcher import Match, Matcher
+from occmap.localization.matcher import Match, Matcher, axes
 from occmap.localization.motion import Prediction
-from occmap.localization.submap import Cloud, Submap, SubmapConfig, View
+from occmap.localization.submap import Submap, SubmapConfig, View
+from occmap.localization.surfel_map import Cloud
 from occmap.scan import Scan
 
 
@@ -132,14 +133,14 @@ class Tracker:
         self, submap: Submap, pose: Pose2, cloud: Cloud, scan: Scan, robot_from_lidar: Pose2
     ) -> None:
         if submap.scans % self.config.view_every == 0:
-            submap.views.append(View(pose @ robot_from_lidar, scan))
+            submap.views.append(View.of(scan, pose @ robot_from_lidar))
         submap.insert(cloud, pose)
 
     def _begin_submap(self, scan: Scan) -> None:
         """A new submap at the robot's pose; the older of the two before it is full."""
         floor = np.diag([self.config.drift_m**2, self.config.drift_m**2, self.config.drift_rad**2])
         youngest_from_robot = self.younger_from_older() @ self._pose
-        turned = _axes(-youngest_from_robot.yaw_rad)
+        turned = axes(-youngest_from_robot.yaw_rad)
         information = np.linalg.inv(turned @ self._drift @ turned.T + floor)
         self.submaps.append(
             Submap(
@@ -153,11 +154,6 @@ class Tracker:
         self._drift = np.zeros((3, 3))
 
     def _add_drift(self, match: Match) -> None:
-        turned = _axes(self.younger_from_older().yaw_rad)
+        turned = axes(self.younger_from_older().yaw_rad)
         self._drift += self.config.drift_share * turned @ np.linalg.inv(match.posterior) @ turned.T
 
-
-def _axes(yaw_rad: float) -> np.ndarray:
-    """(3, 3) that turns a covariance of (x, y, yaw) into axes turned by -yaw."""
-    c, s = math.cos(yaw_rad), math.sin(yaw_rad)
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])

@@ -1,43 +1,34 @@
-"""Kernel of the loop check: points of one submap that the other has looked straight through."""
+"""Kernel of the loop check: points that a scan has met, and points that it looked straight through."""
 
 from __future__ import annotations
 
 import numpy as np
 from numba import njit
 
+MET_M = 0.2
+"""A beam that ends this near to a point has met it."""
+PASSED_M = 0.4
+"""Beams on both sides of a point that end this far behind it have passed it."""
+
 
 @njit(cache=True)
-def count(points, lidars, ranges, bearings):
-    """(points met, points looked through) by scans taken at lidars (v, 3) in the points' frame.
+def look(points, lidar_x, lidar_y, lidar_yaw, bearings, ranges, met, passed):
+    """Mark the points (n, 2) that a scan met or passed, in met (n,) and passed (n,).
 
-    ranges (v, n) with 0 where a beam says nothing, bearings (n,) ascending. A point is met if any
-    scan ended on it, looked through if none did and one went at least 0.4 m farther on both sides of
-    it. O(points * scans).
+    bearings (b,) ascend; ranges (b,) are 0 where a beam says nothing. O(points * log beams).
     """
-    met = through = 0
-    n = bearings.shape[0]
-    step = (bearings[n - 1] - bearings[0]) / (n - 1)
     for p in range(points.shape[0]):
-        on = beyond = False
-        for v in range(lidars.shape[0]):
-            dx, dy = points[p, 0] - lidars[v, 0], points[p, 1] - lidars[v, 1]
-            distance = np.hypot(dx, dy)
-            turn = np.arctan2(dy, dx) - lidars[v, 2] - bearings[0]
-            turn -= 2.0 * np.pi * np.floor((turn + 0.5 * step) / (2.0 * np.pi))
-            beam = int(np.floor(turn / step + 0.5))
-            if beam < 1 or beam > n - 2:
-                continue
-            near, far = np.inf, 0.0
-            for b in range(beam - 1, beam + 2):
-                r = ranges[v, b]
-                if r <= 0.0:
-                    near = 0.0
-                else:
-                    near, far = min(near, r), max(far, r)
-                    on = on or abs(r - distance) < 0.2
-            beyond = beyond or near > distance + 0.4
-        if on:
-            met += 1
-        elif beyond:
-            through += 1
-    return met, through
+        dx, dy = points[p, 0] - lidar_x, points[p, 1] - lidar_y
+        distance = np.hypot(dx, dy)
+        turn = np.arctan2(dy, dx) - lidar_yaw - bearings[0]
+        turn -= 2.0 * np.pi * np.floor(turn / (2.0 * np.pi))
+        after = np.searchsorted(bearings, bearings[0] + turn)
+        if after < 1 or after >= bearings.shape[0]:
+            continue
+        nearest = np.inf
+        for b in range(max(after - 2, 0), min(after + 2, bearings.shape[0])):
+            nearest = min(nearest, ranges[b])
+            if ranges[b] > 0.0 and abs(ranges[b] - distance) < MET_M:
+                met[p] = True
+        if nearest > distance + PASSED_M:
+            passed[p] = True

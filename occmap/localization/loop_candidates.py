@@ -1,0 +1,105 @@
+"""Which submaps may show the same place: near each other, given how uncertain that is."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from occmap.localization.pose_graph import PoseGraph
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class CandidateConfig:
+    """Where loops are looked for."""
+
+    near_m: float = 4.0
+    """Submaps whose centres are this near, plus twice the uncertainty, may show the same place."""
+    most: int = 6
+    """A submap is compared with so many others, nearest first."""
+    apart: int = 3
+    """Of a run of consecutive submaps one in so many is compared: they show the same."""
+
+    def __post_init__(self) -> None:
+        if self.most < 1 or self.apart < 1 or not self.near_m > 0.0:
+            raise ValueError(
+                f"near_m, most and apart must be positive, got {self.near_m}, {self.most}, {self.apart}"
+            )
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """Two submaps to compare, and how well their relative pose is known already."""
+
+    older: int
+    younger: int
+    sigma_m: float
+    sigma_rad: float
+
+
+def candidates(config: CandidateConfig, graph: PoseGraph, centres_in_map: Floats, younger: int) -> list[Candidate]:
+    """The submaps before `younger` worth comparing with it. centres_in_map is (n, 2), one for each node."""
+    var_m2, var_rad2 = uncertainty_from(graph, younger)
+    sigma = np.sqrt(var_m2)
+    distance = np.hypot(*(centres_in_map - centres_in_map[younger]).T)
+    chosen: list[int] = []
+    for k in np.argsort(distance[: max(younger - 1, 0)], kind="stable").tolist():
+        if len(chosen) == config.most:
+            break
+        is_near = distance[k] < config.near_m + 2.0 * sigma[k]
+        if is_near and all(abs(k - other) >= config.apart for other in chosen):
+            chosen.append(k)
+    return [Candidate(k, younger, float(sigma[k]), math.sqrt(var_rad2[k])) for k in chosen]
+
+
+def uncertainty_from(graph: PoseGraph, source: int) -> tuple[Floats, Floats]:
+    """(n,) variances of every node's position (m^2) and yaw (rad^2) as seen from one node.
+
+    Summed along the surest path of edges (Dijkstra projection; Bosse et al. 2004, section 5), where an
+    edge's turn displaces the source by its distance to the edge.
+    """
+    from scipy.sparse.csgraph import dijkstra
+
+    n = len(graph.poses)
+    if n < 2:
+        return np.zeros(n), np.zeros(n)
+    ends, var_m2, var_rad2 = _edge_variances(graph)
+    xy = graph.poses[:, :2]
+    lever = 0.5 * (xy[ends[:, 0]] + xy[ends[:, 1]]) - xy[source]
+    cost = var_m2 + var_rad2 * (lever * lever).sum(axis=1)
+    least = _least_per_pair(ends, cost, n)
+    distance, before = dijkstra(
+        _matrix(ends[least], cost[least], n), directed=False, indices=source, return_predecessors=True
+    )
+    yaw = _matrix(ends[least], var_rad2[least], n)
+    outward = np.argsort(distance, kind="stable")[1:]
+    outward = outward[before[outward] >= 0]
+    step = np.asarray(yaw[before[outward], outward]).ravel() + np.asarray(yaw[outward, before[outward]]).ravel()
+    turned = np.zeros(n)
+    for node, variance in zip(outward.tolist(), step.tolist(), strict=True):
+        turned[node] = turned[before[node]] + variance
+    return distance, turned
+
+
+def _edge_variances(graph: PoseGraph) -> tuple[NDArray[np.int64], Floats, Floats]:
+    """Ends (m, 2), position and yaw variance of every edge that has any weight."""
+    alive = graph.information[:, 2, 2] > 0.0
+    covariance = np.linalg.inv(graph.information[alive] + 1e-6 * np.eye(3))
+    return graph.ends[alive], covariance[:, 0, 0] + covariance[:, 1, 1], covariance[:, 2, 2]
+
+
+def _least_per_pair(ends: NDArray[np.int64], cost: Floats, n: int) -> NDArray[np.int64]:
+    """Of several edges between the same two nodes the one of least cost."""
+    order = np.lexsort((cost, ends[:, 1], ends[:, 0]))
+    key = ends[order, 0] * n + ends[order, 1]
+    return order[np.concatenate(([True], key[1:] != key[:-1]))]
+
+
+def _matrix(ends: NDArray[np.int64], values: Floats, n: int):
+    from scipy.sparse import csr_matrix
+
+    return csr_matrix((values, (ends[:, 0], ends[:, 1])), shape=(n, n))

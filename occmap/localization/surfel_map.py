@@ -1,0 +1,73 @@
+"""Little pieces of wall: averaged points with normals, found by voxel."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from occmap.geometry import Points, Pose2
+from occmap.scan import Scan
+
+Corner = tuple[float, float]
+
+COLUMNS = 8
+"""Of a surfel's row: mean (2), normal (2), flatness, count, view (2); see surfel_kernels."""
+
+
+@dataclass(frozen=True)
+class Cloud:
+    """Points and the side that each was seen from."""
+
+    points: Points  # (n, 2)
+    facing: Points  # (n, 2) unit vectors
+
+    @staticmethod
+    def of(scan: Scan, robot_from_lidar: Pose2, reach_m: float) -> Cloud:
+        """The hits within reach, in the robot's frame."""
+        hit = scan.is_hit & (scan.ranges_m < reach_m)
+        bearings, ranges = scan.bearings_rad[hit] + robot_from_lidar.yaw_rad, scan.ranges_m[hit, None]
+        away = np.column_stack((np.cos(bearings), np.sin(bearings)))
+        return Cloud(away * ranges + np.array(robot_from_lidar.position), -away)
+
+    def moved(self, a_from_b: Pose2) -> Cloud:
+        """The same cloud of frame b in frame a."""
+        turn = Pose2(0.0, 0.0, a_from_b.yaw_rad)
+        return Cloud(a_from_b.apply(self.points), turn.apply(self.facing))
+
+
+class SurfelMap:
+    """Surfels of a rectangle, in rows (size, COLUMNS) found through a voxel index."""
+
+    def __init__(self, voxel_m: float, low_m: Corner, high_m: Corner) -> None:
+        from occmap.localization import surfel_kernels
+
+        self._kernels = surfel_kernels
+        self.origin_m = low_m
+        self.voxels_per_m = 1.0 / voxel_m
+        nx = math.ceil((high_m[0] - low_m[0]) / voxel_m) + 1
+        ny = math.ceil((high_m[1] - low_m[1]) / voxel_m) + 1
+        self.index = np.full((ny, nx), -1, np.int32)
+        self.rows: NDArray[np.float64] = np.zeros((1024, COLUMNS))
+        self.size = 0
+
+    def insert(self, cloud: Cloud) -> None:
+        """Averages in a cloud of the map's frame."""
+        n = len(cloud.points)
+        if self.size + n > len(self.rows):
+            self.rows = np.concatenate((self.rows, np.zeros((max(len(self.rows), n), COLUMNS))))
+        self.size = self._kernels.insert(
+            self.index, self.rows, self.size, cloud.points, cloud.facing, *self.origin_m, self.voxels_per_m
+        )
+
+    def finished_rows(self) -> NDArray[np.float64]:
+        """(n, COLUMNS) a copy of the surfels, every normal from all that is known."""
+        self._kernels.renew_normals(self.index, self.rows, self.size, *self.origin_m, self.voxels_per_m)
+        return self.rows[: self.size].copy()
+
+    def adopt(self, rows: NDArray[np.float64]) -> None:
+        """Takes over the surfels (n, COLUMNS) of another map of the same frame and voxels."""
+        self.rows, self.size = rows, len(rows)
+        self._kernels.reindex(self.index, rows, *self.origin_m, self.voxels_per_m)
