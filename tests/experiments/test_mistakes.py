@@ -1,0 +1,85 @@
+"""What a user may get wrong: a clear error before anything is simulated, and never a traceback."""
+
+from pathlib import Path
+from typing import Any
+
+import imageio.v3 as imageio
+import numpy as np
+import pytest
+
+from experiments.explore import main
+
+MISTAKES = {
+    "unknown option": (["--buidling.kind", "maze"], "buidling"),
+    "unknown kind": (["--building.kind", "castle"], "castle"),
+    "no number": (["--seed", "many"], "many"),
+    "negative seed": (["--seed", "-3"], "-3"),
+    "negative resolution": (["--map.resolution-m", "-0.05"], "-0.05"),
+    "resolution nan": (["--map.resolution-m", "nan"], "nan"),
+    "zero beams": (["--lidar.beams", "0"], "beam"),
+    "negative lambda": (["--lambda", "-1"], "lambda"),
+    "negative noise": (["--noise-scale", "-1"], "noise_scale"),
+    "thresholds crossed": (["--map.free-below", "0.8"], "free_below"),
+    "no time": (["--time-limit-s", "0"], "time_limit_s"),
+    "a building too small": (["--building.size-m", "1", "1"], "at least"),
+    "start outside": (["--start", "-50", "0", "0"], "outside"),
+    "start in a wall": (["--building.kind", "maze", "--start", "0.05", "0.05", "0"], "inside a wall"),
+    "start not a number": (["--start", "nan", "0", "0"], "start"),
+    "plan missing": (["--plan", "nowhere.yaml"], "nowhere.yaml"),
+    "a resolution without a plan": (["--plan-resolution-m", "0.05"], "--plan"),
+    "config missing": (["--config", "nowhere.json"], "nowhere.json"),
+}
+
+
+PLANS = {
+    "an image that is not there": (
+        "image: nowhere.pgm\nresolution: 0.05\norigin: [0, 0, 0]\n",
+        "nowhere.pgm",
+    ),
+    "no map": ("colour: red\n", "plan.yaml"),
+    "no YAML": ("{", "plan.yaml"),
+    "all solid": ("image: solid.png\nresolution: 0.05\norigin: [0, 0, 0]\n", "solid"),
+    "no resolution": ("image: solid.png\norigin: [0, 0, 0]\n", "resolution"),
+    "a negative resolution": ("image: solid.png\nresolution: -1\norigin: [0, 0, 0]\n", "resolution"),
+}
+
+
+@pytest.mark.parametrize(("text", "complaint"), PLANS.values(), ids=PLANS.keys())
+def test_a_plan_that_is_none_is_named(text, complaint, tmp_path, capsys):
+    (tmp_path / "plan.yaml").write_text(text)
+    imageio.imwrite(tmp_path / "solid.png", np.zeros((20, 20), np.uint8))
+    expect_mistake(["--plan", str(tmp_path / "plan.yaml")], complaint, tmp_path / "run", capsys)
+
+
+@pytest.mark.parametrize(("arguments", "complaint"), MISTAKES.values(), ids=MISTAKES.keys())
+def test_a_mistake_is_named_before_anything_is_simulated(arguments, complaint, tmp_path, capsys):
+    expect_mistake(arguments, complaint, tmp_path / "run", capsys)
+
+
+def expect_mistake(
+    arguments: list[str], complaint: str, out: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    try:
+        status: Any = main(["--no-record", "--no-video", "--out", str(out), *arguments])
+    except SystemExit as exit_:  # how the command line parser ends
+        status = exit_.code
+    said = capsys.readouterr().err
+    assert status == 2
+    assert complaint in said
+    assert "Traceback" not in said
+    assert not out.exists()
+
+
+def test_an_unknown_key_in_a_config_file_is_named_with_the_valid_ones(tmp_path, capsys):
+    file = tmp_path / "config.json"
+    file.write_text('{"lidar": {"beems": 3}}')
+    assert main(["--config", str(file), "--out", str(tmp_path / "run")]) == 2
+    said = capsys.readouterr().err
+    assert "beems" in said
+    assert "max_range_m" in said
+
+
+def test_an_output_folder_that_cannot_be_is_a_mistake(tmp_path, capsys):
+    (tmp_path / "file").write_text("")
+    assert main(["--no-record", "--no-video", "--out", str(tmp_path / "file" / "run")]) == 2
+    assert "cannot write to --out" in capsys.readouterr().err
