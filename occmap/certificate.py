@@ -43,7 +43,9 @@ def certify(
             return UnknownLeft(frontier.centroid_in_map, size_m, reason, why)
 
         if size_m < min_frontier_m:
-            return because(Reason.SPECK, f"{size_m:.2f} m long, shorter than the {min_frontier_m:.2f} m worth a look")
+            return because(
+                Reason.SPECK, f"{size_m:.2f} m long, shorter than the {min_frontier_m:.2f} m worth a look"
+            )
         if not np.isin(regions[frontier.cells[:, 1], frontier.cells[:, 0]], own_regions).any():
             return because(Reason.SEALED, "no free space leads to it")
         failed = looks.at(frontier, grid)

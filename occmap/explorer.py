@@ -165,7 +165,9 @@ class Explorer:
             self._swap_map(estimate)
         if estimate.insert:
             with self._watch.lap("mapping"):
-                change = self.mapper.insert(seen.scan, estimate.map_from_robot @ seen.robot_from_lidar, self.grid)
+                change = self.mapper.insert(
+                    seen.scan, estimate.map_from_robot @ seen.robot_from_lidar, self.grid
+                )
                 self.clearance.update(self.grid, change)
             with self._watch.lap("frontiers"):
                 self.frontiers.update(self.grid, change)
@@ -339,10 +341,14 @@ class Explorer:
         if steering.arrived:
             pursuit.arrived_s = seen.time_s if pursuit.arrived_s is None else pursuit.arrived_s
             if seen.time_s - pursuit.arrived_s >= pace.look_s:
-                self._give_up(Reason.GAVE_UP, "looked at it from ({:.2f}, {:.2f}) in vain".format(*here.position))
+                self._give_up(
+                    Reason.GAVE_UP, "looked at it from ({:.2f}, {:.2f}) in vain".format(*here.position)
+                )
             return "looking", Twist2(0.0, pace.look_turn_radps)
         if steering.held_up_s > pace.held_up_s:
-            self._give_up(Reason.UNSAFE, "an obstacle bars the way at ({:.2f}, {:.2f})".format(*here.position))
+            self._give_up(
+                Reason.UNSAFE, "an obstacle bars the way at ({:.2f}, {:.2f})".format(*here.position)
+            )
         elif seen.time_s - pursuit.progress_s > pace.patience_s:
             self._give_up(Reason.UNSAFE, "came no nearer than {:.2f} m".format(pursuit.best_to_go_m))
         elif steering.off_path_m > STRAYED_M:

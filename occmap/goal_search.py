@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from occmap.frontiers import Frontier, FrontierConfig, FrontierMap
@@ -44,7 +44,9 @@ class GoalSearch:
         self.chooser = chooser
         self.looks = looks
 
-    def run(self, frontiers: Sequence[Frontier], grid: OccupancyGrid, flood: Flood, max_range_m: float) -> Search:
+    def run(
+        self, frontiers: Sequence[Frontier], grid: OccupancyGrid, flood: Flood, max_range_m: float
+    ) -> Search:
         """The best goal, or a Search without one over a flood of all that can be reached."""
         worth_a_look = list(self._worth_a_look(frontiers, grid))
         for bound_m in BOUNDS_M:
@@ -54,7 +56,9 @@ class GoalSearch:
             if wave.is_exhausted or not self.chooser.may_be_beaten_beyond(bound_m, best):
                 break
         if best is None:
-            goals = self._from_afar(worth_a_look, grid, wave, max_range_m) or self._nooks(grid, wave, max_range_m)
+            goals = self._from_afar(worth_a_look, grid, wave, max_range_m) or self._nooks(
+                grid, wave, max_range_m
+            )
             best = best_of(goals)
         return Search(best, tuple(goals), wave)
 
@@ -74,11 +78,17 @@ class GoalSearch:
         self, frontiers: Sequence[tuple[Frontier, int]], grid: OccupancyGrid, wave: Wavefront
     ) -> list[Goal]:
         look_from_m = self.chooser.config.look_from_m
-        found = (self.chooser.goal_for(frontier, grid, wave, look_from_m[failed]) for frontier, failed in frontiers)
+        found = (
+            self.chooser.goal_for(frontier, grid, wave, look_from_m[failed]) for frontier, failed in frontiers
+        )
         return [goal for goal in found if goal is not None]
 
     def _from_afar(
-        self, frontiers: Sequence[tuple[Frontier, int]], grid: OccupancyGrid, wave: Wavefront, max_range_m: float
+        self,
+        frontiers: Sequence[tuple[Frontier, int]],
+        grid: OccupancyGrid,
+        wave: Wavefront,
+        max_range_m: float,
     ) -> list[Goal]:
         """Through a slot or from a narrow passage: worth fewer tries than a look from near."""
         for reach_m in (self.chooser.config.look_from_m[0], 0.5 * max_range_m, max_range_m):
@@ -93,16 +103,15 @@ class GoalSearch:
         return []
 
     def _nooks(self, grid: OccupancyGrid, wave: Wavefront, max_range_m: float) -> list[Goal]:
-        """Slits and corners between obstacles: unknown beside occupied cells, where it is too much to be flicker."""
+        """Slits and corners between obstacles: the rims that the frontier map leaves out, where they hide something."""
         every_edge = FrontierMap(FrontierConfig(ignore_rim=False))
         every_edge.rebuild(grid)
         found = (
-            self.chooser.goal_for(edge, grid, wave, 0.5 * max_range_m)
+            self.chooser.goal_into_nook(edge, grid, wave, 0.5 * max_range_m)
             for edge in every_edge.clusters(grid)
-            if edge.size * grid.frame.resolution_m >= self.chooser.config.min_nook_m
-            and not self.looks.at(edge, grid)
+            if self.chooser.is_nook(edge, grid) and not self.looks.at(edge, grid)
         )
-        return [replace(goal, is_nook=True) for goal in found if goal is not None]
+        return [goal for goal in found if goal is not None]
 
 
 def _within(

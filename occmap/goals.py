@@ -22,6 +22,9 @@ SAME_GOAL_M = 1.0
 GONE_SHARE = 0.25
 """With less than this of its frontier left, a goal is gone."""
 
+NOOK_DEPTH_M = 0.1
+"""A nook is at least this deep."""
+
 Strategy = Literal["nearest", "utility"]
 
 
@@ -103,7 +106,13 @@ class GoalChooser:
         self._kernels = goals_kernels
 
     def goal_for(
-        self, frontier: Frontier, grid: OccupancyGrid, wave: Wavefront, look_from_m: float, stride: int = 2
+        self,
+        frontier: Frontier,
+        grid: OccupancyGrid,
+        wave: Wavefront,
+        look_from_m: float,
+        look_into_m: float | None = None,
+        stride: int = 2,
     ) -> Goal | None:
         """The cheapest way to look into one frontier from at most look_from_m away, None if there is none.
 
@@ -111,7 +120,8 @@ class GoalChooser:
         pillar's shadow is in plain sight from where the shadow was cast, and looking at it from
         there again shows nothing new.
         """
-        deepest = max(1, round(self.config.look_into_m / grid.frame.resolution_m))
+        into_m = self.config.look_into_m if look_into_m is None else look_into_m
+        deepest = max(1, round(into_m / grid.frame.resolution_m))
         targets = self._kernels.unknown_beyond(grid.state, frontier.cells, 12, deepest)
         if not len(targets):
             return None
@@ -134,6 +144,30 @@ class GoalChooser:
             else utility(gain_m2, cost_m, self.config.lambda_m_per_m2),
             watched_in_map=grid.frame.map_from_cell(watched),
         )
+
+    def goal_into_nook(
+        self, nook: Frontier, grid: OccupancyGrid, wave: Wavefront, look_from_m: float
+    ) -> Goal | None:
+        """The same for a slit between obstacles: as deep a look as there is a place for."""
+        for into_m in (self.config.look_into_m, 0.4 * self.config.look_into_m, 2.0 * NOOK_DEPTH_M):
+            goal = self.goal_for(nook, grid, wave, look_from_m, into_m)
+            if goal is not None:
+                return replace(goal, is_nook=True)
+        return None
+
+    def is_nook(self, edge: Frontier, grid: OccupancyGrid) -> bool:
+        """Whether an edge along walls hides a space, rather than a wall cell that flickers.
+
+        It is long enough, and most of what lies beyond is deeper than a cell and was never touched by a beam.
+        """
+        r = grid.frame.resolution_m
+        if edge.size * r < self.config.min_nook_m:
+            return False
+        beyond = self._kernels.unknown_beyond(grid.state, edge.cells, 12, max(1, round(NOOK_DEPTH_M / r)))
+        deep = beyond[beyond[:, 2] * r >= NOOK_DEPTH_M - 1e-6]
+        belief = grid.log_odds[deep[:, 1], deep[:, 0]]
+        untouched = np.abs(belief - grid.prior_log_odds) < 0.1
+        return 2 * np.count_nonzero(untouched) > len(beyond)
 
     def _gain_m2(self, frontier: Frontier, grid: OccupancyGrid, ix: int, iy: int) -> float:
         r = grid.frame.resolution_m

@@ -47,7 +47,8 @@ def unknown_beyond(state, cells, limit, deepest):
     """Up to `limit` cells in the unknown beyond a frontier, spread evenly along it: (k, 3), x, y and depth.
 
     Each lies straight beyond a frontier cell, `deepest` cells on or as far as the unknown goes.
-    Unknown beside an occupied cell is a wall's rim: it is taken only where a frontier has nothing else.
+    Unknown beside an occupied cell is a wall's rim: it is taken only where a frontier has nothing else,
+    and then in whichever of eight directions it goes deepest, as into a slit.
     """
     clear = np.empty((limit, 3), np.int64)
     rim = np.empty((limit, 3), np.int64)
@@ -57,17 +58,21 @@ def unknown_beyond(state, cells, limit, deepest):
     while position < cells.shape[0] and n_clear < limit:
         x, y = cells[int(position), 0], cells[int(position), 1]
         position += step
-        for dx, dy in ((1, 0), (-1, 0), (0, 1), (0, -1)):
+        deepest_x, deepest_y, depth_there = x, y, 0
+        is_clear = False
+        for dx, dy in ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, 1), (1, -1), (-1, -1)):
             depth = unknown_depth(state, x, y, dx, dy, deepest)
-            if depth == 0:
-                continue
-            if not beside_occupied(state, x + dx, y + dy):
-                clear[n_clear] = x + depth * dx, y + depth * dy, depth
-                n_clear += 1
+            if depth > depth_there:
+                deepest_x, deepest_y, depth_there = x + depth * dx, y + depth * dy, depth
+            if depth > 0 and dx * dy == 0 and not beside_occupied(state, x + dx, y + dy):
+                is_clear = True
                 break
-            if n_rim < limit:
-                rim[n_rim] = x + depth * dx, y + depth * dy, depth
-                n_rim += 1
+        if is_clear:
+            clear[n_clear] = x + depth * dx, y + depth * dy, depth
+            n_clear += 1
+        elif depth_there > 0 and n_rim < limit:
+            rim[n_rim] = deepest_x, deepest_y, depth_there
+            n_rim += 1
     return clear[:n_clear] if n_clear else rim[:n_rim]
 
 

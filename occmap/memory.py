@@ -57,7 +57,8 @@ class FailedLooks:
     def carry_over(self, new_map_from_old_map: Pose2) -> None:
         """Follow a correction of the map."""
         self._looks = [
-            FailedLook(_carried(k.in_map, new_map_from_old_map), k.reason, k.why, k.known_cells) for k in self._looks
+            FailedLook(_carried(k.in_map, new_map_from_old_map), k.reason, k.why, k.known_cells)
+            for k in self._looks
         ]
 
 

@@ -77,7 +77,10 @@ class StuckDetector:
         if self._stood_still(seen.odom_from_robot):
             return True
         moved = start.odom_from_robot.inverse() @ seen.odom_from_robot
-        if math.hypot(moved.x_m, moved.y_m) < self.config.slipped_m and abs(moved.yaw_rad) < self.config.slipped_rad:
+        if (
+            math.hypot(moved.x_m, moved.y_m) < self.config.slipped_m
+            and abs(moved.yaw_rad) < self.config.slipped_rad
+        ):
             return False
         return self._view_stayed(start.scan, seen, moved)
 
@@ -95,7 +98,10 @@ class StuckDetector:
         return all(self._is_same_place(m.odom_from_robot, odom_from_robot) for m in self._moments)
 
     def _is_same_place(self, a: Pose2, b: Pose2) -> bool:
-        return a.distance_to(b) < self.config.still_m and abs(wrap_angle(a.yaw_rad - b.yaw_rad)) < self.config.still_rad
+        return (
+            a.distance_to(b) < self.config.still_m
+            and abs(wrap_angle(a.yaw_rad - b.yaw_rad)) < self.config.still_rad
+        )
 
     def _view_stayed(self, before: Scan, seen: Observation, moved: Pose2) -> bool:
         """The view is the same, though a motion as odometry has it would have changed it: the wheels slip."""
