@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -52,7 +53,7 @@ def parse(arguments: Sequence[str]) -> Command:
 
 def _config_file(arguments: Sequence[str]) -> Path | None:
     """What --config names: its values are the defaults of all other options, so it is needed first."""
-    for argument, following in zip(arguments, [*arguments[1:], ""], strict=True):
+    for argument, following in pairwise([*arguments, ""]):
         if argument == "--config" and following:
             return Path(following)
         if argument.startswith("--config="):

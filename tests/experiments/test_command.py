@@ -1,0 +1,47 @@
+"""The command line, as far as its words go."""
+
+from pathlib import Path
+
+import pytest
+
+from experiments.command import Command, parse
+from experiments.config import ExperimentConfig
+
+
+def test_no_option_means_every_default():
+    assert parse([]) == Command()
+
+
+def test_the_names_that_people_know():
+    arguments = (
+        "--building.kind maze --building.seed 3 --building.size-m 8 9 --start 1 -2 -0.5 --pose odometry "
+        "--strategy utility --lambda 2 --noise-scale 0 --drift-scale 3 --lidar.beams 90 --lidar.max-range-m 5 "
+        "--map.resolution-m 0.1 --map.free-below 0.2 --map.occupied-above 0.8 --time-limit-s 7 --out x "
+        "--no-record --no-video --seed 4"
+    )
+    command = parse(arguments.split())
+    config = command.experiment
+    assert (command.out, command.record, command.video) == (Path("x"), False, False)
+    assert (config.building.kind, config.building.seed, config.building.size_m) == ("maze", 3, (8.0, 9.0))
+    assert (config.start, config.pose, config.seed) == ((1.0, -2.0, -0.5), "odometry", 4)
+    assert (config.explorer.goals.strategy, config.explorer.goals.lambda_m_per_m2) == ("utility", 2.0)
+    assert (config.explorer.grid.resolution_m, config.explorer.grid.free_below) == (0.1, 0.2)
+    assert (config.scaled_lidar.noise.range_sigma_m, config.lidar.beams) == (0.0, 90)
+    assert config.scaled_odometry.track_error == pytest.approx(3 * config.odometry.track_error)
+    assert config.time_limit_s == 7.0
+
+
+def test_the_buildings_seed_is_a_child_of_the_seed_and_pinned_in_the_file():
+    first, second = ExperimentConfig(seed=1), ExperimentConfig(seed=2)
+    assert first.building_seed != second.building_seed
+    assert first.pinned().building.seed == first.building_seed
+    assert first.pinned().pinned() == first.pinned()
+
+
+def test_help_is_for_newcomers(capsys):
+    with pytest.raises(SystemExit) as exit_:
+        parse(["--help"])
+    said = capsys.readouterr().out
+    assert exit_.value.code == 0
+    assert "Drop a robot into a building it has never seen" in said
+    assert "--building.kind {office,apartment,maze,hall}" in said
