@@ -50,7 +50,7 @@ def set_up(command: Command) -> tuple[Experiment, RunFolder]:
     if command.out is not None:
         folder = RunFolder.create(command.out)
     else:
-        folder = RunFolder.create_named(Path("runs"), experiment.building.name)
+        folder = RunFolder.create_named(Path("runs"), f"{experiment.building.name}-{config.seed}")
     folder.write_config(config)
     return experiment, folder
 
