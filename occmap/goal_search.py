@@ -77,11 +77,19 @@ class GoalSearch:
     def _from_near(
         self, frontiers: Sequence[tuple[Frontier, int]], grid: OccupancyGrid, wave: Wavefront
     ) -> list[Goal]:
-        look_from_m = self.chooser.config.look_from_m
-        found = (
-            self.chooser.goal_for(frontier, grid, wave, look_from_m[failed]) for frontier, failed in frontiers
-        )
+        """A look for each: the widest that has not failed yet and that there is a place for."""
+        found = (self._first_look(frontier, failed, grid, wave) for frontier, failed in frontiers)
         return [goal for goal in found if goal is not None]
+
+    def _first_look(
+        self, frontier: Frontier, failed: int, grid: OccupancyGrid, wave: Wavefront
+    ) -> Goal | None:
+        config = self.chooser.config
+        for from_m, into_m in list(zip(config.look_from_m, config.look_into_m, strict=True))[failed:]:
+            goal = self.chooser.goal_for(frontier, grid, wave, from_m, into_m)
+            if goal is not None:
+                return goal
+        return None
 
     def _from_afar(
         self,
@@ -91,9 +99,11 @@ class GoalSearch:
         max_range_m: float,
     ) -> list[Goal]:
         """Through a slot or from a narrow passage: worth fewer tries than a look from near."""
-        for reach_m in (self.chooser.config.look_from_m[0], 0.5 * max_range_m, max_range_m):
+        for from_m in (self.chooser.config.look_from_m[0], 0.5 * max_range_m, max_range_m):
             found = (
-                self.chooser.goal_for(frontier, grid, wave, reach_m, stride=1)
+                self.chooser.goal_for(
+                    frontier, grid, wave, from_m, self.chooser.config.look_into_m[-1], stride=1
+                )
                 for frontier, failed in frontiers
                 if failed < FAR_LOOKS
             )

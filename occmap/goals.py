@@ -43,8 +43,8 @@ class GoalConfig:
     """How far an expected look reaches: nobody knows where the walls behind a frontier are."""
     look_from_m: tuple[float, ...] = (2.5, 1.2, 0.5)
     """A viewpoint lies at most this far from its frontier; each look that fails goes nearer."""
-    look_into_m: float = 1.0
-    """A look is aimed this deep into the unknown: what grazes a frontier only moves it on a little."""
+    look_into_m: tuple[float, ...] = (1.0, 0.5, 0.25)
+    """Those looks are aimed this deep into the unknown: what grazes a frontier only moves it on a little."""
     min_frontier_m: float = 0.2
     """A shorter frontier is a speck: no gap that the body fits through is this narrow."""
     min_nook_m: float = 0.3
@@ -60,8 +60,12 @@ class GoalConfig:
         for name in ("gain_range_m", "min_frontier_m", "min_nook_m", "hysteresis_m"):
             if not (math.isfinite(getattr(self, name)) and getattr(self, name) >= 0.0):
                 raise ValueError(f"{name} must not be negative, got {getattr(self, name)}")
-        if not self.look_from_m or min(self.look_from_m) <= 0.0:
-            raise ValueError(f"look_from_m needs positive distances, got {self.look_from_m}")
+        if not self.look_from_m or min(*self.look_from_m, *self.look_into_m) <= 0.0:
+            raise ValueError(f"looks need positive distances, got {self.look_from_m} and {self.look_into_m}")
+        if len(self.look_from_m) != len(self.look_into_m):
+            raise ValueError(
+                f"look_from_m and look_into_m must pair up, got {self.look_from_m} and {self.look_into_m}"
+            )
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,22 +114,21 @@ class GoalChooser:
         frontier: Frontier,
         grid: OccupancyGrid,
         wave: Wavefront,
-        look_from_m: float,
-        look_into_m: float | None = None,
+        from_m: float,
+        into_m: float,
         stride: int = 2,
     ) -> Goal | None:
-        """The cheapest way to look into one frontier from at most look_from_m away, None if there is none.
+        """The cheapest way to look into_m deep into a frontier from at most from_m before it, if there is one.
 
         The viewpoint sees unknown cells beyond the frontier, not merely the frontier: an edge of a
         pillar's shadow is in plain sight from where the shadow was cast, and looking at it from
         there again shows nothing new.
         """
-        into_m = self.config.look_into_m if look_into_m is None else look_into_m
         deepest = max(1, round(into_m / grid.frame.resolution_m))
         targets = self._kernels.unknown_beyond(grid.state, frontier.cells, 12, deepest)
         if not len(targets):
             return None
-        reach = max(1, int(look_from_m / grid.frame.resolution_m))
+        reach = max(1, int((from_m + into_m) / grid.frame.resolution_m))
         cost, exact_below = wave.fixed_point()
         ix, iy = self._kernels.find_viewpoint(grid.state, cost, exact_below, targets, reach, stride)
         if ix < 0:
@@ -146,11 +149,11 @@ class GoalChooser:
         )
 
     def goal_into_nook(
-        self, nook: Frontier, grid: OccupancyGrid, wave: Wavefront, look_from_m: float
+        self, nook: Frontier, grid: OccupancyGrid, wave: Wavefront, from_m: float
     ) -> Goal | None:
         """The same for a slit between obstacles: as deep a look as there is a place for."""
-        for into_m in (self.config.look_into_m, 0.4 * self.config.look_into_m, 2.0 * NOOK_DEPTH_M):
-            goal = self.goal_for(nook, grid, wave, look_from_m, into_m)
+        for into_m in self.config.look_into_m:
+            goal = self.goal_for(nook, grid, wave, from_m, into_m)
             if goal is not None:
                 return replace(goal, is_nook=True)
         return None

@@ -129,7 +129,7 @@ def find_viewpoint(state, cost, exact_below, targets, reach_cells, stride):
                     break
                 tx, ty, depth = targets[k, 0], targets[k, 1], targets[k, 2]
                 near = (tx - x) ** 2 + (ty - y) ** 2 <= reach_squared
-                if near and sees(state, x, y, tx, ty, depth + depth // 2 + 1):
+                if near and sees(state, x, y, tx, ty, depth + depth // 4 + 1):
                     seen += 1
                     if seen >= needed:
                         break
