@@ -25,7 +25,7 @@ class Command:
     """
 
     out: Path | None = None
-    """The run's folder. By default a new one, runs/<building>-<seed>. A folder that holds a run is refused."""
+    """The run's folder. By default a new one, runs/<building>-<seed>. One that holds a run is refused."""
     record: bool = True
     """Write recording.rrd, to scrub through with `rerun`."""
     video: bool = True

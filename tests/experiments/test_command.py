@@ -16,8 +16,8 @@ def test_the_names_that_people_know():
     arguments = (
         "--building.kind maze --building.seed 3 --building.size-m 8 9 --start 1 -2 -0.5 --pose odometry "
         "--strategy utility --lambda 2 --noise-scale 0 --drift-scale 3 --lidar.beams 90 "
-        "--lidar.max-range-m 5 --map.resolution-m 0.1 --map.free-below 0.2 --map.occupied-above 0.8 --time-limit-s 7 --out x "
-        "--no-record --no-video --seed 4"
+        "--lidar.max-range-m 5 --map.resolution-m 0.1 --map.free-below 0.2 --map.occupied-above 0.8 "
+        "--time-limit-s 7 --out x --no-record --no-video --seed 4"
     )
     command = parse(arguments.split())
     config = command.experiment
