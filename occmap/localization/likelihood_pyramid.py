@@ -19,9 +19,6 @@ class LikelihoodPyramid:
     """Likelihood 0 to 255 of a point in each cell, and its upper bounds (see search_kernels)."""
 
     def __init__(self, cell_m: float, spread_m: float, low_m: Corner, high_m: Corner) -> None:
-        from occmap.localization import search_kernels
-
-        self._kernels = search_kernels
         self.cell_m = cell_m
         self.origin_m = low_m
         nx = math.ceil((high_m[0] - low_m[0]) / cell_m)
@@ -34,7 +31,9 @@ class LikelihoodPyramid:
 
     def insert(self, points: Points) -> None:
         """Adds points (n, 2) of the raster's frame."""
-        self._kernels.stamp(
+        from occmap.localization import search_kernels
+
+        search_kernels.stamp(
             self.buffer, self.starts, self.shapes, points, *self.origin_m, 1.0 / self.cell_m, self._peak
         )
 

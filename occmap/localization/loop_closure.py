@@ -84,10 +84,16 @@ class LoopCloser:
         self.unwitnessed: list[Loop] = []
         self.believed: list[Loop] = []
         self._matcher, self._graph, self._submaps = matcher, graph, submaps
+        self._proposed: set[int] = set()
         self._ready: OrderedDict[int, None] = OrderedDict()
 
     def propose(self, submap: int) -> None:
-        """Queue the comparisons of a finished submap with those before it."""
+        """Queue the comparisons of a finished submap with those before it, unless that was done."""
+        if submap not in self._proposed:
+            self._proposed.add(submap)
+            self._queue(submap)
+
+    def _queue(self, submap: int) -> None:
         centres = np.array(
             [self._graph.pose(k).apply(np.array([s.centre]))[0] for k, s in enumerate(self._submaps)]
         )
@@ -98,7 +104,7 @@ class LoopCloser:
         found = {k for loop in self.believed for k in (loop.older, loop.younger)}
         for k, submap in enumerate(self._submaps):
             if k not in found and submap.cloud is not None:
-                self.propose(k)
+                self._queue(k)
 
     def step(self) -> bool:
         """Compare one pair, if any waits; True if the graph has new edges."""
@@ -199,6 +205,6 @@ def near(submap: Submap, radius_m: float, spacing_m: float) -> Cloud:
     rows = rows[np.argsort(-rows[:, 5], kind="stable")]
     square = np.floor(rows[:, :2] / spacing_m).astype(np.int64)
     _, first = np.unique(square[:, 0] * 1_000_003 + square[:, 1], return_index=True)
-    rows = rows[np.sort(first)]
+    rows = rows[np.sort(first)].astype(np.float64)
     facing = np.where(rows[:, 4:5] > 0.5, rows[:, 2:4], rows[:, 6:8])
     return Cloud(np.ascontiguousarray(rows[:, :2]), np.ascontiguousarray(facing))

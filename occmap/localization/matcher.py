@@ -49,11 +49,7 @@ class Matcher:
     """Olson 2009 for the search; point-to-line Gauss-Newton (Censi 2008) for the last centimetre."""
 
     def __init__(self, config: MatcherConfig | None = None) -> None:
-        from occmap.localization import search_kernels, surfel_kernels
-
         self.config = config or MatcherConfig()
-        self._search = search_kernels
-        self._surfels = surfel_kernels
         self._scales = np.array([self.config.wide_m, self.config.narrow_m])
 
     def match(self, cloud: Cloud, submap: Submap, guess: Pose2, prediction: Prediction) -> Match:
@@ -68,7 +64,7 @@ class Matcher:
 
     def _track(self, points: Points, submap: Submap, guess: Pose2, prediction: Prediction) -> Pose2:
         """The best pose on the raster near the guess, weighed against the prediction."""
-        apart = self._search.thin(points, self.config.spacing_m)
+        apart = self.thinned(points, self.config.spacing_m)
         if len(apart) == 0:
             return guess
         raster, unit = submap.raster, self.config.prior_cost * 255.0 * len(apart)
@@ -83,8 +79,10 @@ class Matcher:
                turn_step: float, shift_cost: float = 0.0, angle_cost: float = 0.0,
                least_score: float = -1.0) -> tuple[Pose2, float]:  # fmt: skip
         """Best pose on the raster within a window round the guess, and its score (mean, 0 to 1)."""
+        from occmap.localization import search_kernels
+
         raster, whole = submap.raster, 255.0 * len(points)
-        turn, x, y, score = self._search.search(
+        turn, x, y, score = search_kernels.search(
             raster.buffer, raster.starts, raster.shapes, points, *raster.origin_m, 1.0 / raster.cell_m,
             np.array([guess.x_m, guess.y_m, guess.yaw_rad]), math.ceil(window_rad / turn_step), turn_step,
             math.ceil(window_m / raster.cell_m), shift_cost, angle_cost, self.config.prior_cap * whole,
@@ -95,11 +93,19 @@ class Matcher:
         )
         return best, score / whole
 
+    def thinned(self, points: Points, spacing_m: float) -> Points:
+        """The points at least so far from the last one kept, in order."""
+        from occmap.localization import search_kernels
+
+        return search_kernels.thin(points, spacing_m)
+
     def refine(self, cloud: Cloud, submap: Submap, start: Pose2, prior: Pose2,
                prior_information: NDArray[np.float64]) -> Match:  # fmt: skip
         """Gauss-Newton from start, pulled to a prior by its (3, 3) information."""
+        from occmap.localization import surfel_kernels
+
         m, c = submap.surfels, self.config
-        pose, information, weight = self._surfels.refine(
+        pose, information, weight = surfel_kernels.refine(
             m.index, m.rows, *m.origin_m, m.voxels_per_m, cloud.points, cloud.facing,
             np.array([start.x_m, start.y_m, start.yaw_rad]), np.array([prior.x_m, prior.y_m, prior.yaw_rad]),
             prior_information, c.sigma_m, self._scales, c.iterations,

@@ -83,6 +83,10 @@ class MotionModel:
             step, sigma_m, sigma_rad, max(window_m, 3.0 * sigma_m), max(window_rad, 3.0 * sigma_rad)
         )
 
+    def forget_odometry(self) -> None:
+        """Odometry begins anew: the next observation is taken from where the last one was."""
+        self._last = None
+
     def took(self, step: Pose2) -> None:
         """What the step turned out to be."""
         self._last_step = step

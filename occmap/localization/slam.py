@@ -66,8 +66,12 @@ class SlamLocalizer:
         self._think()
         return self._tell(seen, scan, tracked)
 
+    def restart_odometry(self) -> None:
+        """The robot was switched off and stands where it stood: its odometry begins anew."""
+        self.motion.forget_odometry()
+
     def finish(self) -> None:
-        """Nothing more will be seen: close the loops that can be closed, and settle."""
+        """Nothing more will be seen for now: close the loops that can be closed, and settle."""
         for submap in self.tracker.finish():
             self.loops.propose(submap)
         self._think_to_the_end()
@@ -81,14 +85,15 @@ class SlamLocalizer:
 
     def trajectory(self) -> list[tuple[float, Pose2]]:
         """(time, map_from_robot) of every observation in turn, as all that was seen since has it."""
-        poses = self._map_from_submap()
+        poses = self.map_from_submap()
         return [(time_s, tracked.in_map(poses)) for time_s, tracked in self.track]
 
     def map(self) -> OccupancyGrid:
         """The grid, built anew from the corrected poses of all mapped scans."""
-        return self.told.fresh(self._map_from_submap())
+        return self.told.fresh(self.map_from_submap())
 
-    def _map_from_submap(self) -> list[Pose2]:
+    def map_from_submap(self) -> list[Pose2]:
+        """Where the submaps lie, as all that was seen has it."""
         return [self.graph.pose(k) for k in range(len(self.graph.poses))]
 
     def _add_new_submaps(self) -> None:
@@ -107,12 +112,11 @@ class SlamLocalizer:
         """A turn's part of all that may take longer than a turn."""
         if self.loops.step():
             self._settled = False
+        was_settled = self._settled
         if not self._settled:
             self._settled = self.graph.iterate().converged
-            self._to_tell = self._to_tell or self._settled
-        if self._to_tell and not self.told.is_rebuilding:
-            self.told.correct(self._map_from_submap())
-            self._to_tell = False
+        if self._settled and (not was_settled or (self._to_tell and self.told.can_afford_correction)):
+            self._to_tell = not self.told.correct(self.map_from_submap())
 
     def _tell(self, seen: Observation, scan: Scan, tracked: Tracked) -> Estimate:
         """The pose in the frame that the receiver knows; or the corrected one, and a grid to go with it."""

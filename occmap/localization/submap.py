@@ -62,7 +62,7 @@ class Submap:
     information: NDArray[np.float64]  # (3, 3) of previous_from_submap, in this submap's frame
     reach_m: float
     scans: int = 0
-    cloud: NDArray[np.float64] | None = None  # (n, COLUMNS) surfels, once finished
+    cloud: NDArray[np.float32] | None = None  # (n, COLUMNS) surfels, once finished
     centre: tuple[float, float] = (0.0, 0.0)  # mean of the robot's positions
     views: list[View] = field(default_factory=list)
     _surfels: SurfelMap | None = None
@@ -99,7 +99,7 @@ class Submap:
         if self._raster is None:
             self._raster = LikelihoodPyramid(self.config.cell_m, self.config.spread_m, *self._bounds())
             if self.cloud is not None:
-                self._raster.insert(np.ascontiguousarray(self.cloud[:, :2]))
+                self._raster.insert(self.cloud[:, :2].astype(np.float64))
         return self._raster
 
     def _bounds(self) -> tuple[Corner, Corner]:

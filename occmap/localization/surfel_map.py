@@ -42,9 +42,6 @@ class SurfelMap:
     """Surfels of a rectangle, in rows (size, COLUMNS) found through a voxel index."""
 
     def __init__(self, voxel_m: float, low_m: Corner, high_m: Corner) -> None:
-        from occmap.localization import surfel_kernels
-
-        self._kernels = surfel_kernels
         self.origin_m = low_m
         self.voxels_per_m = 1.0 / voxel_m
         nx = math.ceil((high_m[0] - low_m[0]) / voxel_m) + 1
@@ -55,19 +52,25 @@ class SurfelMap:
 
     def insert(self, cloud: Cloud) -> None:
         """Averages in a cloud of the map's frame."""
+        from occmap.localization import surfel_kernels
+
         n = len(cloud.points)
         if self.size + n > len(self.rows):
             self.rows = np.concatenate((self.rows, np.zeros((max(len(self.rows), n), COLUMNS))))
-        self.size = self._kernels.insert(
+        self.size = surfel_kernels.insert(
             self.index, self.rows, self.size, cloud.points, cloud.facing, *self.origin_m, self.voxels_per_m
         )
 
-    def finished_rows(self) -> NDArray[np.float64]:
-        """(n, COLUMNS) a copy of the surfels, every normal from all that is known."""
-        self._kernels.renew_normals(self.index, self.rows, self.size, *self.origin_m, self.voxels_per_m)
-        return self.rows[: self.size].copy()
+    def finished_rows(self) -> NDArray[np.float32]:
+        """(n, COLUMNS) a compact copy of the surfels, every normal from all that is known."""
+        from occmap.localization import surfel_kernels
 
-    def adopt(self, rows: NDArray[np.float64]) -> None:
+        surfel_kernels.renew_normals(self.index, self.rows, self.size, *self.origin_m, self.voxels_per_m)
+        return self.rows[: self.size].astype(np.float32)
+
+    def adopt(self, rows: NDArray[np.float32]) -> None:
         """Takes over the surfels (n, COLUMNS) of another map of the same frame and voxels."""
-        self.rows, self.size = rows, len(rows)
-        self._kernels.reindex(self.index, rows, *self.origin_m, self.voxels_per_m)
+        from occmap.localization import surfel_kernels
+
+        self.rows, self.size = rows.astype(np.float64), len(rows)
+        surfel_kernels.reindex(self.index, self.rows, *self.origin_m, self.voxels_per_m)

@@ -26,13 +26,17 @@ class ToldMapConfig:
     """Or has turned this far."""
     every_s: float = 1.0
     """Or this long has passed: what it looks at may have changed."""
-    moved_m: float = 0.03
+    moved_m: float = 0.04
     """A correction is worth a new grid once it moves a place by half a cell."""
     lever_m: float = 5.0
     """A turn counts as the move of a wall this far away."""
-    scans_per_turn: int = 30
-    """So many scans are spent on the new grid in one update: none may hold up the robot."""
-    room_m: float = 5.0
+    urgent_m: float = 0.25
+    """One that moves a place by more is not put off until it is affordable."""
+    scans_per_turn: int = 200
+    """So many scans are spent on the new grid in one update: about 15 ms, none may hold up the robot."""
+    scans_on_average: int = 12
+    """And so many in an average update: a new grid is affordable once that has been saved up."""
+    room_m: float = 10.0
     """The robot may drive so far meanwhile without leaving the part that is built anew."""
 
 
@@ -57,7 +61,9 @@ class ToldMap:
         self._reach_m: list[float] = []  # of each submap, from its origin
         self._corrected: list[Pose2] = []  # what map_from_submap will be once the rebuild is done
         self._rebuild: MapRebuild | None = None
-        self._live: OccupancyGrid | None = None
+        self._live: OccupancyGrid | None = None  # the one handed over last
+        self._owes_grid = False
+        self._updates = 0  # since a rebuilding began
         self._last = (-math.inf, Pose2.identity())
 
     def add_submap(self, previous_from_submap: Pose2) -> None:
@@ -94,18 +100,36 @@ class ToldMap:
                 distance = math.hypot(*(pose @ robot_from_lidar).position)
                 self._reach_m[k] = max(self._reach_m[k], distance + reach_m)
 
+    def hand_over(self) -> None:
+        """The receiver is a new one and has no grid: hand it over with the next estimate."""
+        self._live = self.fresh(self.map_from_submap)
+        self._owes_grid = True
+
     @property
     def is_rebuilding(self) -> bool:
         return self._rebuild is not None
 
-    def correct(self, map_from_submap: list[Pose2]) -> None:
-        """Begin to take over corrected poses, if they differ enough. Not while others are being taken over."""
-        if any(self._moved(map_from_submap, self.config.moved_m)):
-            self._corrected = map_from_submap
-            self._begin()
+    @property
+    def can_afford_correction(self) -> bool:
+        return self._updates * self.config.scans_on_average >= len(self.scans)
+
+    def correct(self, map_from_submap: list[Pose2]) -> bool:
+        """Begin to take over corrected poses, if they differ enough; False if that has to wait."""
+        if not any(self._moved(map_from_submap, self.config.moved_m)):
+            return True
+        urgent = any(self._moved(map_from_submap, self.config.urgent_m))
+        if self.is_rebuilding or not (urgent or self.can_afford_correction):
+            return False
+        self._corrected, self._updates = map_from_submap, 0
+        self._begin()
+        return True
 
     def step(self) -> OccupancyGrid | None:
         """A turn's part of the rebuilding; the new grid, and poses told by it, when it is done."""
+        self._updates += 1
+        if self._owes_grid:
+            self._owes_grid = False
+            return self._live
         if self._rebuild is None or not self._rebuild.step(self.config.scans_per_turn):
             return None
         if not self._rebuild.box.holds(self._affected()):

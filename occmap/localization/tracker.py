@@ -26,7 +26,7 @@ class TrackerConfig:
     """Or has turned this far."""
     first_scans: int = 10
     """So many are inserted at the very start whatever the motion: the map's frame hangs on them."""
-    scans_per_half: int = 20
+    scans_per_half: int = 12
     """A new submap starts after so many inserted scans, and is full after twice as many."""
     view_every: int = 5
     """Every so many inserted scans one is kept, to tell what was seen through."""
@@ -86,6 +86,8 @@ class Tracker:
             self._begin_submap(scan)
             self._insert(cloud, scan, robot_from_lidar)
             return Tracked(0, self._pose, self._pose, 0.0)
+        if self.submaps[-1].cloud is not None:  # it was finished, and goes on
+            self._begin_submap(scan)
         guess = self._pose @ prediction.step
         match = self.matcher.match(cloud, self.submaps[self.reference], guess, prediction)
         self.last_step = self._pose.inverse() @ match.submap_from_robot
@@ -102,8 +104,8 @@ class Tracker:
         return tracked
 
     def finish(self) -> list[int]:
-        """Nothing more comes: close the growing submaps too; returns their numbers."""
-        growing = list(range(self.reference, len(self.submaps)))
+        """Nothing more comes for now: close the growing submaps; returns their numbers."""
+        growing = [k for k, submap in enumerate(self.submaps) if submap.cloud is None]
         for k in growing:
             self.submaps[k].finish()
         return growing
@@ -124,7 +126,8 @@ class Tracker:
 
     def _insert(self, cloud: Cloud, scan: Scan, robot_from_lidar: Pose2) -> None:
         self._last_inserted = self._pose
-        self._insert_into(self.submaps[self.reference], self._pose, cloud, scan, robot_from_lidar)
+        if self.submaps[self.reference].cloud is None:
+            self._insert_into(self.submaps[self.reference], self._pose, cloud, scan, robot_from_lidar)
         if len(self.submaps) > 1:
             pose = self.younger_from_older() @ self._pose
             self._insert_into(self.submaps[-1], pose, cloud, scan, robot_from_lidar)
@@ -148,7 +151,8 @@ class Tracker:
             )
         )
         if len(self.submaps) > 2:
-            self.submaps[-3].finish()
+            if self.submaps[-3].cloud is None:
+                self.submaps[-3].finish()
             self._pose = youngest_from_robot
             self._last_inserted = self._pose
         self._drift = np.zeros((3, 3))
