@@ -30,6 +30,14 @@ class MatcherConfig:
     """Scale of the robust loss at first."""
     narrow_m: float = 0.10
     """Scale of the robust loss in the end."""
+    doubtful_fit: float = 0.6
+    """If a smaller share of the points lies on the map, a wider window is searched."""
+    second_look_m: float = 1.0
+    """Its half width."""
+    second_look_rad: float = 1.6
+    """And how far it turns."""
+    second_gain: float = 0.1
+    """What must be gained there for the prediction to be given up."""
     iterations: int = 6
     """Gauss-Newton steps at each scale, at most."""
 
@@ -60,7 +68,23 @@ class Matcher:
         surprise = (off.x_m**2 + off.y_m**2) / sm**2 + off.yaw_rad**2 / sr**2
         # a search that went elsewhere has caught the wheels lying: Cauchy-like, let go of them
         prior = np.diag([sm**-2, sm**-2, sr**-2]) / (1.0 + surprise / 9.0) ** 2
-        return self.refine(cloud, submap, start, guess, prior)
+        match = self.refine(cloud, submap, start, guess, prior)
+        if match.fit < self.config.doubtful_fit:
+            match = self._second_look(cloud, submap, guess, prior, match)
+        return match
+
+    def _second_look(
+        self, cloud: Cloud, submap: Submap, guess: Pose2, prior: NDArray[np.float64], first: Match
+    ) -> Match:
+        """A scan that fits badly where it was expected may fit well elsewhere: wheels slip, robots are pushed."""
+        c = self.config
+        apart = self.thinned(cloud.points, 2.0 * c.spacing_m)
+        if len(apart) == 0:
+            return first
+        turn_step = angle_step(apart, 2.0 * submap.raster.cell_m)
+        found, _ = self.search(apart, submap, guess, c.second_look_m, c.second_look_rad, turn_step)
+        second = self.refine(cloud, submap, found, guess, 0.01 * prior)
+        return second if second.fit > first.fit + c.second_gain else first
 
     def _track(self, points: Points, submap: Submap, guess: Pose2, prediction: Prediction) -> Pose2:
         """The best pose on the raster near the guess, weighed against the prediction."""
