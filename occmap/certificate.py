@@ -14,6 +14,7 @@ from occmap.grid import Belief, OccupancyGrid
 
 if TYPE_CHECKING:
     from occmap.frontiers import Frontier
+    from occmap.goals import GoalConfig
     from occmap.memory import FailedLooks
     from occmap.planner import Wavefront
 
@@ -23,41 +24,37 @@ def certify(
     grid: OccupancyGrid,
     wave: Wavefront,
     looks: FailedLooks,
-    min_frontier_m: float,
-    nearest_look_m: float,
+    goals: GoalConfig,
     body_radius_m: float,
 ) -> tuple[UnknownLeft, ...]:
     """The reason for every frontier, given a flood of all that the body can reach.
 
-    Where the body cannot come as near as nearest_look_m, a gap too narrow for it is what is wrong,
+    Where the body cannot come as near as the nearest look, a gap too narrow for it is what is wrong,
     however often it has looked from farther away.
     """
     reached = np.isfinite(wave.cost_m)
-    regions, _ = ndimage.label(grid.state == Belief.FREE)
+    regions = np.empty(grid.shape, np.int32)
+    ndimage.label(grid.state == Belief.FREE, output=regions)
     own_regions = np.unique(regions[reached])
 
-    def reason_for(frontier: Frontier) -> UnknownLeft:
+    def reason_for(frontier: Frontier) -> tuple[Reason, str]:
         size_m = frontier.size * grid.frame.resolution_m
-
-        def because(reason: Reason, why: str) -> UnknownLeft:
-            return UnknownLeft(frontier.centroid_in_map, size_m, reason, why)
-
-        if size_m < min_frontier_m:
-            return because(
-                Reason.SPECK, f"{size_m:.2f} m long, shorter than the {min_frontier_m:.2f} m worth a look"
-            )
+        if size_m < goals.min_frontier_m:
+            least = f"shorter than the {goals.min_frontier_m:.2f} m worth a look"
+            return Reason.SPECK, f"{size_m:.2f} m long, {least}"
         if not np.isin(regions[frontier.cells[:, 1], frontier.cells[:, 0]], own_regions).any():
-            return because(Reason.SEALED, "no free space leads to it")
+            return Reason.SEALED, "no free space leads to it"
         failed = looks.at(frontier, grid)
         away_m = _distance_to_reached_m(frontier, grid, reached)
-        if failed and away_m < nearest_look_m:
-            return because(failed[-1].reason, f"{len(failed)} tries: {failed[-1].why}")
-        return because(
-            Reason.TOO_NARROW,
-            f"a body {2.0 * body_radius_m:.2f} m wide comes no nearer than {away_m:.2f} m and sees no further from there",
-        )
+        if failed and away_m < goals.look_from_m[-1]:
+            return failed[-1].reason, f"{len(failed)} tries: {failed[-1].why}"
+        body = f"a body {2.0 * body_radius_m:.2f} m wide"
+        return Reason.TOO_NARROW, f"{body} comes no nearer than {away_m:.2f} m and sees no further from there"
 
-    return tuple(reason_for(frontier) for frontier in frontiers)
+    return tuple(
+        UnknownLeft(frontier.centroid_in_map, frontier.size * grid.frame.resolution_m, *reason_for(frontier))
+        for frontier in frontiers
+    )
 
 
 def _distance_to_reached_m(frontier: Frontier, grid: OccupancyGrid, reached: NDArray[np.bool_]) -> float:

@@ -18,14 +18,13 @@ if TYPE_CHECKING:
 Flood = Callable[[float], "Wavefront"]
 """A wavefront from where the robot stands over all that costs at most so many metres."""
 
-BOUNDS_M = (4.0, 16.0, math.inf)
-"""Floods are tried with these bounds, one after the other: most goals are near, and a flood costs what it covers."""
-
+BOUNDS_M = (4.0, 16.0)
+"""Bounds of the floods tried, one after the other: most goals are near, and a flood costs what it covers."""
 
 FAR_LOOKS = 2
 """A frontier that can only be seen from afar is given up after so many looks."""
 NEAR_M = 5.0
-"""No viewpoint is farther from the middle of its frontier than this: half a frontier's extent and the look."""
+"""No viewpoint is farther from the middle of its frontier: half a frontier's extent and the look."""
 
 
 @dataclass(frozen=True)
@@ -49,18 +48,25 @@ class GoalSearch:
     ) -> Search:
         """The best goal, or a Search without one over a flood of all that can be reached."""
         worth_a_look = list(self._worth_a_look(frontiers, grid))
-        for bound_m in BOUNDS_M:
-            wave = flood(bound_m)
-            goals = self._from_near(_within(worth_a_look, grid, wave, bound_m + NEAR_M), grid, wave)
-            best = best_of(goals)
-            if wave.is_exhausted or not self.chooser.may_be_beaten_beyond(bound_m, best):
-                break
+        goals, wave = self._widening(worth_a_look, grid, flood)
+        best = best_of(goals)
         if best is None:
             goals = self._from_afar(worth_a_look, grid, wave, max_range_m) or self._nooks(
                 grid, wave, max_range_m
             )
             best = best_of(goals)
         return Search(best, tuple(goals), wave)
+
+    def _widening(
+        self, frontiers: Sequence[tuple[Frontier, int]], grid: OccupancyGrid, flood: Flood
+    ) -> tuple[list[Goal], Wavefront]:
+        """Goals seen from near, and the flood that reached them: as narrow a one as proves the best."""
+        for bound_m in (*BOUNDS_M, math.inf):
+            wave = flood(bound_m)
+            goals = self._from_near(_within(frontiers, grid, wave, bound_m + NEAR_M), grid, wave)
+            if wave.is_exhausted or not self.chooser.may_be_beaten_beyond(bound_m, best_of(goals)):
+                return goals, wave
+        raise AssertionError("a flood without bound is exhausted")
 
     def _worth_a_look(
         self, frontiers: Sequence[Frontier], grid: OccupancyGrid
@@ -113,7 +119,7 @@ class GoalSearch:
         return []
 
     def _nooks(self, grid: OccupancyGrid, wave: Wavefront, max_range_m: float) -> list[Goal]:
-        """Slits and corners between obstacles: the rims that the frontier map leaves out, where they hide something."""
+        """Slits and corners between obstacles: rims that hide something; the frontier map leaves rims out."""
         every_edge = FrontierMap(FrontierConfig(ignore_rim=False))
         every_edge.rebuild(grid)
         found = (

@@ -95,9 +95,13 @@ class Goal:
         return f"frontier at ({x:.1f}, {y:.1f}): {gain}cost {self.cost_m:.1f} m, U = {self.utility:.2f}"
 
 
-def utility(gain: float, cost: float, lambda_: float) -> float:
-    """lambda * gain - cost: what a look is worth, less the way there (Burgard et al. 2005, section IV)."""
-    return lambda_ * gain - cost
+def utility(gain_m2: float, cost_m: float, lambda_m_per_m2: float) -> float:
+    """lambda * gain - cost: what a look is worth, less the way there.
+
+    Burgard et al., Coordinated multi-robot exploration, IEEE T-RO 21(3), 2005, weigh the cost instead:
+    dividing by a weight leaves the order as it is.
+    """
+    return lambda_m_per_m2 * gain_m2 - cost_m
 
 
 class GoalChooser:
@@ -118,7 +122,7 @@ class GoalChooser:
         into_m: float,
         stride: int = 2,
     ) -> Goal | None:
-        """The cheapest way to look into_m deep into a frontier from at most from_m before it, if there is one.
+        """The cheapest way to look into_m deep into a frontier from at most from_m before it, if any.
 
         The viewpoint sees unknown cells beyond the frontier, not merely the frontier: an edge of a
         pillar's shadow is in plain sight from where the shadow was cast, and looking at it from
@@ -170,7 +174,7 @@ class GoalChooser:
         deep = beyond[beyond[:, 2] * r >= NOOK_DEPTH_M - 1e-6]
         belief = grid.log_odds[deep[:, 1], deep[:, 0]]
         untouched = np.abs(belief - grid.prior_log_odds) < 0.1
-        return 2 * np.count_nonzero(untouched) > len(beyond)
+        return bool(2 * np.count_nonzero(untouched) > len(beyond))
 
     def _gain_m2(self, frontier: Frontier, grid: OccupancyGrid, ix: int, iy: int) -> float:
         r = grid.frame.resolution_m

@@ -147,8 +147,9 @@ def expected_gain_cells(state, x, y, range_cells, rays):
     """Unknown area, in cells, that a look around from a cell is expected to reveal.
 
     Rays cross free and unknown cells alike, end at occupied ones, and each unknown cell crossed
-    stands for the sector it fills at its distance (González-Baños and Latombe 2002, section 4.2).
-    Cost: rays x range. Half-cell steps, so that no cell is stepped over.
+    stands for the sector it fills at its distance. Cost: rays x range; half-cell steps, so that no
+    cell is stepped over. After González-Baños and Latombe, Navigation strategies for exploring indoor
+    environments, IJRR 21, 2002: the potential gain of a view is the area that it may see past free edges.
     """
     ny, nx = state.shape
     gain = 0.0
@@ -157,7 +158,7 @@ def expected_gain_cells(state, x, y, range_cells, rays):
         c, s = math.cos(k * sector), math.sin(k * sector)
         for i in range(1, 2 * range_cells + 1):
             r = 0.5 * i
-            ix, iy = int(math.floor(x + 0.5 + r * c)), int(math.floor(y + 0.5 + r * s))
+            ix, iy = math.floor(x + 0.5 + r * c), math.floor(y + 0.5 + r * s)
             if ix < 0 or iy < 0 or ix >= nx or iy >= ny:
                 gain += 0.5 * sector * (range_cells * range_cells - r * r)
                 break

@@ -30,8 +30,13 @@ class FailedLook:
 
 
 SAME_PLACE_M = 0.5
+"""Frontiers whose centroids are nearer to each other are taken for one."""
 SURROUNDINGS_M = 1.0
+"""A look depends on what is known within a square that reaches this far from the frontier."""
 CHANGED_SHARE = 0.1
+"""If more of that square has become known or unknown, the look may go otherwise today."""
+CUT_OFF_M2 = 0.5
+"""Losing more than this in one piece of what was once reachable means being sealed in."""
 
 
 class FailedLooks:
@@ -86,16 +91,17 @@ class ReachMemory:
         self._align(grid)
         self._reached.ravel()[wave.reached_cells()] = 1
 
-    def lost_m2(self, wave: Wavefront, grid: OccupancyGrid, roomy: NDArray[np.bool_]) -> float:
-        """The largest piece of floor once reached, still free and roomy, and out of reach of a full flood.
+    def is_cut_off(self, wave: Wavefront, grid: OccupancyGrid, roomy: NDArray[np.bool_]) -> bool:
+        """Whether a piece of floor once reached, still free and roomy, is out of reach of a full flood.
 
         Roomy: with space for the body, (ny, nx). Cells along walls come and go with noise.
         """
         self._align(grid)
         cost, exact_below = wave.fixed_point()
-        pieces, _ = ndimage.label((self._reached != 0) & roomy & (cost >= exact_below))
+        pieces = np.empty(grid.shape, np.int32)
+        ndimage.label((self._reached != 0) & roomy & (cost >= exact_below), output=pieces)
         largest = np.bincount(pieces.ravel())[1:].max(initial=0)
-        return float(largest) * grid.frame.resolution_m**2
+        return float(largest) * grid.frame.resolution_m**2 > CUT_OFF_M2
 
     def _align(self, grid: OccupancyGrid) -> None:
         if self._offset != grid.offset or self._reached.shape != grid.shape:

@@ -25,10 +25,11 @@ class StuckConfig:
     """Odometry that stays within this much of a place all the while: the wheels are held."""
     still_rad: float = 0.05
     slipped_m: float = 0.3
-    """Odometry that says it got this far, or turned by the angle below, is held against what the lidar sees."""
+    """Odometry that says it got this far, or turned by the angle below, is held against the lidar's view."""
     slipped_rad: float = 0.5
     same_range_m: float = 0.06
-    """A range that changed by less, plus 1.5 % of itself, is the same: three sigma of a usual lidar's noise."""
+    """A range that changed by less, plus 1.5 % of itself, is the same: over two sigma of the difference
+    of two ranges, 2 cm and 0.5 % each."""
     same_share: float = 0.9
     """Share of beams unchanged from which on two scans are the same view."""
 
@@ -86,7 +87,7 @@ class StuckDetector:
 
     def _commanded(self, now_s: float) -> tuple[float, float]:
         """Driving (m) and turning (rad) commanded over the window, whatever the direction."""
-        ends = [m.time_s for m in self._moments][1:] + [now_s]
+        ends = [*[m.time_s for m in self._moments][1:], now_s]
         spans = [(m.twist, end - m.time_s) for m, end in zip(self._moments, ends, strict=True)]
         return (
             sum(abs(twist.linear_mps) * dt for twist, dt in spans),
@@ -94,7 +95,7 @@ class StuckDetector:
         )
 
     def _stood_still(self, odom_from_robot: Pose2) -> bool:
-        """All the window's poses are where the robot is now; the oldest is looked at first: it differs most."""
+        """All the window's poses are where the robot is now; the oldest, which differs most, comes first."""
         return all(self._is_same_place(m.odom_from_robot, odom_from_robot) for m in self._moments)
 
     def _is_same_place(self, a: Pose2, b: Pose2) -> bool:

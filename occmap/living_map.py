@@ -1,0 +1,66 @@
+"""The belief and the layers derived from it, kept in step."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from occmap.clearance import ClearanceConfig, ClearanceMap
+from occmap.frontiers import Frontier, FrontierConfig, FrontierMap
+from occmap.geometry import Pose2
+from occmap.grid import GridConfig, OccupancyGrid
+from occmap.mapper import GridChange, Mapper
+from occmap.scan import Scan
+from occmap.sensor_model import SensorModelConfig
+from occmap.stopwatch import Stopwatch
+
+
+class LivingMap:
+    """A grid with its clearance and its frontiers: a scan changes all of them, and only where it must."""
+
+    def __init__(
+        self,
+        grid: GridConfig,
+        sensor_model: SensorModelConfig,
+        clearance: ClearanceConfig,
+        frontiers: FrontierConfig,
+    ) -> None:
+        self.grid = OccupancyGrid(grid)
+        self.frontiers: list[Frontier] = []
+        """As of the last `find_frontiers`; their cells are in the grid's current frame."""
+        self._mapper = Mapper(sensor_model)
+        self._clearance = ClearanceMap(clearance)
+        self._edges = FrontierMap(frontiers)
+
+    @property
+    def clearance_m(self) -> NDArray[np.float32]:
+        """(ny, nx) distance to the nearest occupied cell."""
+        return self._clearance.distance_m
+
+    @property
+    def frontier_mask(self) -> NDArray[np.uint8]:
+        """(ny, nx) 1 in frontier cells."""
+        return self._edges.mask
+
+    def insert(self, scan: Scan, map_from_lidar: Pose2, watch: Stopwatch) -> None:
+        """Spend a scan on the grid and take its changes over into the layers."""
+        with watch.lap("mapping"):
+            change = self._mapper.insert(scan, map_from_lidar, self.grid)
+            self._clearance.update(self.grid, change)
+        with watch.lap("frontiers"):
+            self._edges.update(self.grid, change)
+            if change.grew:
+                self.find_frontiers()  # their cells have moved
+
+    def replace(self, grid: OccupancyGrid) -> None:
+        """Go on with another grid, as after a correction of the past."""
+        self.grid = grid
+        everything = GridChange.of_everything(grid)
+        self._clearance.update(grid, everything)
+        self._edges.update(grid, everything)
+        self.find_frontiers()
+
+    def find_frontiers(self) -> list[Frontier]:
+        """The frontiers of this moment."""
+        self.frontiers = self._edges.clusters(self.grid)
+        return self.frontiers

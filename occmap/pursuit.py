@@ -1,0 +1,93 @@
+"""A goal being driven to and looked at, and when to give it up."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from occmap.decision import Reason
+from occmap.follower import Steering
+from occmap.geometry import Pose2, Twist2
+from occmap.goals import Goal
+from occmap.path import Path
+
+SAME_VIEWPOINT_M = 0.3
+"""A path that ends this near to a viewpoint leads to it."""
+STRAYED_M = 0.4
+"""Farther beside its path the robot plans anew."""
+NEARER_M = 0.05
+"""Less of a gain on the goal is none."""
+
+
+@dataclass(frozen=True)
+class PursuitConfig:
+    """How long a goal is worth pursuing."""
+
+    look_s: float = 0.6
+    """At a viewpoint the robot waits this long for its frontier to be resolved."""
+    look_turn_radps: float = 0.1
+    """Meanwhile it turns a little, so that its beams sweep over what lay between them."""
+    held_up_s: float = 4.0
+    """Something in the scan that bars the way for this long makes a goal unsafe."""
+    patience_s: float = 10.0
+    """A goal that comes no nearer for this long is given up."""
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if not (math.isfinite(value) and value >= 0.0):
+                raise ValueError(f"{name} must not be negative, got {value}")
+
+
+@dataclass(frozen=True, slots=True)
+class Failure:
+    """Why a goal was given up."""
+
+    reason: Reason
+    why: str  # for a person
+
+
+class Pursuit:
+    """One goal and the path to it; remembers how far the robot has come, and since when it gets no nearer."""
+
+    def __init__(self, config: PursuitConfig, goal: Goal, path: Path, now_s: float) -> None:
+        self.config = config
+        self.goal = goal
+        self.path = path
+        self.progress_m = 0.0  # along the path
+        self.has_strayed = False
+        self._to_go_m = math.inf  # at best so far
+        self._nearer_s = now_s  # when that last shrank
+        self._arrived_s: float | None = None
+        self._held_up_s = 0.0
+
+    @property
+    def has_arrived(self) -> bool:
+        return self._arrived_s is not None
+
+    def leads_to(self, goal: Goal) -> bool:
+        """Whether the path ends where a goal wants to be looked at from."""
+        return math.dist(self.path.goal, goal.viewpoint_in_map) < SAME_VIEWPOINT_M
+
+    def advance(self, steering: Steering, now_s: float) -> Twist2:
+        """Take in where the robot is on its path: the twist to drive on with, or to look around with."""
+        self.progress_m = steering.progress_m
+        self.has_strayed = steering.off_path_m > STRAYED_M
+        self._held_up_s = steering.held_up_s
+        to_go_m = self.path.length_m - steering.progress_m
+        if to_go_m < self._to_go_m - NEARER_M:
+            self._to_go_m, self._nearer_s = to_go_m, now_s
+        if steering.arrived and self._arrived_s is None:
+            self._arrived_s = now_s
+        return Twist2(0.0, self.config.look_turn_radps) if steering.arrived else steering.twist
+
+    def failure(self, here: Pose2, now_s: float) -> Failure | None:
+        """What is wrong, if the goal should be given up."""
+        c, (x, y) = self.config, here.position
+        if self._arrived_s is not None:
+            if now_s - self._arrived_s >= c.look_s:
+                return Failure(Reason.GAVE_UP, f"looked at it from ({x:.2f}, {y:.2f}) in vain")
+        elif self._held_up_s > c.held_up_s:
+            return Failure(Reason.UNSAFE, f"an obstacle bars the way at ({x:.2f}, {y:.2f})")
+        elif now_s - self._nearer_s > c.patience_s:
+            return Failure(Reason.UNSAFE, f"came no nearer than {self._to_go_m:.2f} m")
+        return None
