@@ -20,7 +20,16 @@ from sim.lidar_noise import LidarStreams
 from sim.odometry import Odometer, Odometry, TrueOdometry
 from sim.robot import Robot
 from sim.starts import with_start
-from sim.truth import LIDAR_HEIGHT_M, Mask, TruthGrid, building_summary, explorable, truth_grid
+from sim.truth import (
+    LIDAR_HEIGHT_M,
+    Mask,
+    TruthGrid,
+    building_summary,
+    clearance_m,
+    explorable,
+    reachable,
+    truth_grid,
+)
 from sim.world import World
 
 
@@ -68,6 +77,12 @@ def prepare(config: ExperimentConfig) -> Experiment:
 def in_sight(config: ExperimentConfig, truth: TruthGrid, world: World) -> Mask:
     """What the robot could come to see from where it is."""
     return explorable(truth, world.world_from_robot, world.body_radius_m, config.lidar.max_range_m)
+
+
+def floor_in_reach(truth: TruthGrid, world: World) -> Mask:
+    """Where some part of the robot's body could come to stand, from where it is."""
+    places = reachable(truth, world.world_from_robot, world.body_radius_m)
+    return clearance_m(places, truth.resolution_m) <= world.body_radius_m
 
 
 def closed_doors(world: World) -> list[int]:

@@ -1,23 +1,27 @@
 """Whether a run tells the truth about itself.
 
-A status claims something. `time_limit`, `stuck` and `interrupted` claim only that the run ended
-early, which is so by itself. `complete` and `sealed_in` claim that nothing reachable is left to
-see: that is honest unless unexplored explorable cells hang together (8 neighbours) over more than
-HIDDEN_M2, the area of the robot's own footprint. Whatever the status, no frontier given up or called
-unsafe may hide explorable area: none such cluster of more than SPECK_CELLS cells may come within
+A status claims something. `time_limit`, `stuck`, `physics_fault` and `interrupted` claim only that
+the run ended early, which is so by itself. `complete` and `sealed_in` claim that nothing reachable
+is left to see. That is judged by what was left out: the clusters (8 neighbours) of unexplored
+explorable cells larger than HIDDEN_M2, the area of the robot's own footprint. The claim is honest if
+each of them lies entirely where no part of the robot's body could ever stand, and beside a frontier
+that the certificate of being done lists as `too_narrow` or `sealed`: a slot that one could have
+peered through at a steeper angle.
+
+Whatever the status, no frontier given up or called unsafe may hide explorable area: no cluster of
+more than SPECK_CELLS cells may lie beside one. A cluster is beside a frontier if it comes within
 BESIDE_M of the frontier's ends.
 
-For `sealed_in` the explorable area is the one of the world as it stands at the end, with its doors
-closed and from where the robot is.
+For `sealed_in` all of this is about the world as it stands at the end, with its doors closed and
+from where the robot is; and it is honest only if a door has closed.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Collection, Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from experiments.outcome import Outcome
 from occmap.decision import Reason, UnknownLeft
@@ -28,43 +32,52 @@ HIDDEN_M2 = math.pi * 0.17**2
 """What the robot itself would stand on."""
 SPECK_CELLS = 4
 BESIDE_M = 0.25
-"""A frontier and what it hides are at most this far apart: the spacing of the places to look from."""
+"""The spacing of the places that the explorable area is seen from."""
 
 
 def is_honest(
     outcome: Outcome,
     unexplored: Mask,
-    unknown_left: Iterable[UnknownLeft],
+    unknown_left: Collection[UnknownLeft],
     truth: TruthGrid,
     world_from_map: Pose2,
+    in_reach: Callable[[], Mask],
 ) -> bool:
-    """See the top of this file. `unexplored` are the explorable cells that the map has not got."""
-    clusters = Clusters(unexplored, truth)
-    claims_all = outcome in (Outcome.COMPLETE, Outcome.SEALED_IN)
-    if claims_all and clusters.largest_m2 > HIDDEN_M2:
+    """See the top of this file.
+
+    `unexplored` are the explorable cells that the map has not got; `in_reach`, asked only if it
+    matters, says on which cells some part of the body could stand.
+    """
+
+    def listed_as(*reasons: Reason) -> list[UnknownLeft]:
+        return [left for left in unknown_left if left.reason in reasons]
+
+    def is_beside(cluster: Points, frontiers: list[UnknownLeft]) -> bool:
+        return any(distance_m(cluster, f, world_from_map) <= BESIDE_M for f in frontiers)
+
+    given_up = listed_as(Reason.GAVE_UP, Reason.UNSAFE)
+    if any(is_beside(truth.world_from_cell(c), given_up) for c in clusters(unexplored, SPECK_CELLS)):
         return False
-    given_up = [left for left in unknown_left if left.reason in (Reason.GAVE_UP, Reason.UNSAFE)]
-    return not any(clusters.come_near(left, world_from_map) for left in given_up)
+    if outcome not in (Outcome.COMPLETE, Outcome.SEALED_IN):
+        return True
+    hidden = list(clusters(unexplored, HIDDEN_M2 / truth.resolution_m**2))
+    closed = listed_as(Reason.TOO_NARROW, Reason.SEALED)
+    if not all(is_beside(truth.world_from_cell(cells), closed) for cells in hidden):
+        return False
+    return not hidden or not any(in_reach()[cells[:, 1], cells[:, 0]].any() for cells in hidden)
 
 
-class Clusters:
-    """What is left unexplored, by connected cluster."""
+def clusters(mask: Mask, more_than: float) -> Iterator[np.ndarray]:
+    """(n, 2) cells (ix, iy) of each connected part of more than so many cells."""
+    parts = connected_parts(mask)
+    sizes = np.bincount(parts.ravel())
+    for part in np.flatnonzero(sizes > more_than):
+        if part:  # 0 is what is not in the mask
+            iy, ix = np.nonzero(parts == part)
+            yield np.column_stack((ix, iy))
 
-    def __init__(self, unexplored: Mask, truth: TruthGrid) -> None:
-        self._truth = truth
-        parts = connected_parts(unexplored)
-        self._sizes = np.bincount(parts.ravel())[1:]
-        iy, ix = np.nonzero(parts)
-        sizeable = self._sizes[parts[iy, ix] - 1] > SPECK_CELLS
-        self._in_world: Points = truth.world_from_cell(np.column_stack((ix, iy))[sizeable])
 
-    @property
-    def largest_m2(self) -> float:
-        """The area of the largest cluster."""
-        return float(self._sizes.max(initial=0)) * self._truth.resolution_m**2
-
-    def come_near(self, left: UnknownLeft, world_from_map: Pose2) -> bool:
-        """Whether a cluster of more than SPECK_CELLS cells lies beside a frontier."""
-        centre: NDArray[np.float64] = world_from_map.apply(np.array([left.in_map]))
-        distance_m = np.hypot(*(self._in_world - centre).T)
-        return bool(distance_m.min(initial=math.inf) <= 0.5 * left.size_m + BESIDE_M)
+def distance_m(cluster: Points, frontier: UnknownLeft, world_from_map: Pose2) -> float:
+    """From the ends of a frontier, however it is turned, to the nearest cell of a cluster in `world`."""
+    centre = world_from_map.apply(np.array([frontier.in_map]))
+    return float(np.hypot(*(cluster - centre).T).min()) - 0.5 * frontier.size_m

@@ -14,7 +14,9 @@ from typing import Any
 import numpy as np
 
 from experiments.curves import Sample
+from experiments.experiment import closed_doors, floor_in_reach
 from experiments.honesty import is_honest
+from experiments.outcome import Outcome
 from experiments.run import Run
 from experiments.trajectory import absolute_error_m, drift_per_m
 from occmap.grid import OccupancyGrid
@@ -103,10 +105,17 @@ def summarise(run: Run) -> Summary:
 
 
 def _honest(run: Run) -> bool:
+    world = run.experiment.robot.world
+    if run.outcome is Outcome.SEALED_IN and not closed_doors(world):
+        return False
     scorer = run.experiment.scorer_at_the_end(run.outcome)
-    unexplored = scorer.unexplored(run.last.grid)
     return is_honest(
-        run.outcome, unexplored, run.last.decision.unknown_left, scorer.truth, scorer.world_from_map
+        run.outcome,
+        scorer.unexplored(run.last.grid),
+        run.last.decision.unknown_left,
+        scorer.truth,
+        scorer.world_from_map,
+        lambda: floor_in_reach(scorer.truth, world),
     )
 
 

@@ -1,5 +1,7 @@
 """When a run may say that it is done."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ from occmap.decision import Reason, Status, UnknownLeft
 from occmap.geometry import Pose2
 from sim.truth import TruthGrid
 
+EVERYWHERE, NOWHERE = np.ones((30, 30), bool), np.zeros((30, 30), bool)
 TRUTH = TruthGrid(0.1, (0.0, 0.0), np.zeros((30, 30), bool))
 START = Pose2(1.0, 1.0, 0.0)
 
@@ -20,32 +23,44 @@ def hole(cells: int) -> np.ndarray:
     return unexplored
 
 
+def judged(
+    outcome: Outcome, cells: int, unknown_left: Sequence[UnknownLeft] = (), reach: np.ndarray = EVERYWHERE
+) -> bool:
+    return is_honest(outcome, hole(cells), unknown_left, TRUTH, START, lambda: reach)
+
+
 def left(x_in_map: float, y_in_map: float, reason: Reason) -> UnknownLeft:
     return UnknownLeft((x_in_map, y_in_map), 0.2, reason, "")
 
 
 @pytest.mark.parametrize("outcome", [Outcome.COMPLETE, Outcome.SEALED_IN])
 def test_saying_done_is_honest_if_no_more_than_a_footprint_is_left(outcome):
-    assert is_honest(outcome, hole(9), [], TRUTH, START)
-    assert not is_honest(outcome, hole(10), [], TRUTH, START)
+    assert judged(outcome, 9)
+    assert not judged(outcome, 10)
 
 
 @pytest.mark.parametrize("outcome", [Outcome.TIME_LIMIT, Outcome.STUCK, Outcome.INTERRUPTED])
 def test_a_run_that_ended_early_may_leave_anything(outcome):
-    assert is_honest(outcome, hole(10), [], TRUTH, START)
+    assert judged(outcome, 10)
 
 
 @pytest.mark.parametrize("reason", [Reason.GAVE_UP, Reason.UNSAFE])
 def test_nothing_given_up_may_hide_explorable_area(reason):
     # in the world the frontier lies at (2.0, 2.0), beside the hole
-    assert not is_honest(Outcome.COMPLETE, hole(5), [left(1.0, 1.0, reason)], TRUTH, START)
-    assert not is_honest(Outcome.TIME_LIMIT, hole(5), [left(1.0, 1.0, reason)], TRUTH, START)
-    assert is_honest(Outcome.COMPLETE, hole(5), [left(0.0, 1.0, reason)], TRUTH, START)  # elsewhere
-    assert is_honest(Outcome.COMPLETE, hole(4), [left(1.0, 1.0, reason)], TRUTH, START)  # a speck
+    assert not judged(Outcome.COMPLETE, 5, [left(1.0, 1.0, reason)])
+    assert not judged(Outcome.TIME_LIMIT, 5, [left(1.0, 1.0, reason)])
+    assert judged(Outcome.COMPLETE, 5, [left(0.0, 1.0, reason)])  # elsewhere
+    assert judged(Outcome.COMPLETE, 4, [left(1.0, 1.0, reason)])  # a speck
 
 
-def test_a_gap_that_is_too_narrow_hides_nothing_that_counts():
-    assert is_honest(Outcome.COMPLETE, hole(5), [left(1.0, 1.0, Reason.TOO_NARROW)], TRUTH, START)
+@pytest.mark.parametrize("reason", [Reason.TOO_NARROW, Reason.SEALED])
+def test_what_lies_behind_a_slot_may_be_left_if_it_is_listed_and_no_body_gets_there(reason):
+    slot = left(1.0, 1.0, reason)
+    assert judged(Outcome.COMPLETE, 10, [slot], reach=NOWHERE)
+    assert not judged(Outcome.COMPLETE, 10, [slot], reach=EVERYWHERE)  # the body fits after all
+    assert not judged(Outcome.COMPLETE, 10, [], reach=NOWHERE)  # not listed
+    assert not judged(Outcome.COMPLETE, 10, [left(0.0, 1.0, reason)], reach=NOWHERE)  # listed elsewhere
+    assert not judged(Outcome.COMPLETE, 10, [left(1.0, 1.0, Reason.SPECK)], reach=NOWHERE)
 
 
 def test_the_explorers_last_word_becomes_the_outcome():
