@@ -207,4 +207,5 @@ def near(submap: Submap, radius_m: float, spacing_m: float) -> Cloud:
     _, first = np.unique(square[:, 0] * 1_000_003 + square[:, 1], return_index=True)
     rows = rows[np.sort(first)].astype(np.float64)
     facing = np.where(rows[:, 4:5] > 0.5, rows[:, 2:4], rows[:, 6:8])
-    return Cloud(np.ascontiguousarray(rows[:, :2]), np.ascontiguousarray(facing))
+    points = np.ascontiguousarray(rows[:, :2])
+    return Cloud(points, np.ascontiguousarray(facing), points)

@@ -30,6 +30,48 @@ def thin(points, spacing_m):
 
 
 @njit(cache=True)
+def bridged(points, beams, spacing_m, most_m, off_m):
+    """The points (n, 2) and more of them, spacing_m apart, along the walls that they were sampled from.
+
+    A wall is assumed between the hits of neighbouring beams that are less than most_m apart and in
+    line, to off_m, with a third hit next to them. Without it the pattern of beams on a plain wall,
+    which travels with the robot, would fit best where the robot was before. O(points + output).
+    """
+    n = points.shape[0]
+    count = n
+    for k in range(n - 1):
+        if _on_one_wall(points, beams, k, most_m, off_m):
+            count += int(np.hypot(points[k + 1, 0] - points[k, 0], points[k + 1, 1] - points[k, 1]) / spacing_m)
+    out = np.empty((count, 2))
+    out[:n] = points
+    at = n
+    for k in range(n - 1):
+        if _on_one_wall(points, beams, k, most_m, off_m):
+            dx, dy = points[k + 1, 0] - points[k, 0], points[k + 1, 1] - points[k, 1]
+            more = int(np.hypot(dx, dy) / spacing_m)
+            for i in range(more):
+                share = (i + 1) / (more + 1)
+                out[at, 0], out[at, 1] = points[k, 0] + share * dx, points[k, 1] + share * dy
+                at += 1
+    return out
+
+
+@njit(cache=True)
+def _on_one_wall(points, beams, k, most_m, off_m):
+    """Whether hits k and k + 1 lie on one wall: neighbours, near, and in line with the hit before or after."""
+    dx, dy = points[k + 1, 0] - points[k, 0], points[k + 1, 1] - points[k, 1]
+    length = np.hypot(dx, dy)
+    if beams[k + 1] != beams[k] + 1 or length > most_m or length == 0.0:
+        return False
+    for other in (k - 1, k + 2):
+        if 0 <= other < points.shape[0] and abs(beams[other] - beams[k]) <= 2:
+            off = (dx * (points[other, 1] - points[k, 1]) - dy * (points[other, 0] - points[k, 0])) / length
+            if abs(off) < off_m:
+                return True
+    return False
+
+
+@njit(cache=True)
 def stamp(buffer, starts, shapes, points, origin_x, origin_y, cells_per_m, profile):
     """Press a peak round every point (n, 2) into all levels, keeping maxima.
 

@@ -72,7 +72,7 @@ class Submap:
         """Adds one scan, a cloud in the robot's frame."""
         moved = cloud.moved(submap_from_robot)
         self.surfels.insert(moved)
-        self.raster.insert(moved.points)
+        self.raster.insert(moved.walls)
         self.scans += 1
         (x, y), (new_x, new_y) = self.centre, submap_from_robot.position
         self.centre = x + (new_x - x) / self.scans, y + (new_y - y) / self.scans

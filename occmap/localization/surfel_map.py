@@ -16,26 +16,38 @@ Corner = tuple[float, float]
 COLUMNS = 8
 """Of a surfel's row: mean (2), normal (2), flatness, count, view (2); see surfel_kernels."""
 
+BRIDGE_SPACING_M = 0.08
+"""Between the points that stand for a wall."""
+BRIDGE_M = 2.0
+"""Hits farther apart than this say nothing about what is between them."""
+BRIDGE_OFF_M = 0.08
+"""Three hits are in line if the third is off the line of the other two by less: range noise."""
+
 
 @dataclass(frozen=True)
 class Cloud:
-    """Points and the side that each was seen from."""
+    """Points, the side that each was seen from, and the walls that they are samples of."""
 
     points: Points  # (n, 2)
     facing: Points  # (n, 2) unit vectors
+    walls: Points  # (m, 2) the points, and more of them where walls are seen to run between two
 
     @staticmethod
     def of(scan: Scan, robot_from_lidar: Pose2, reach_m: float) -> Cloud:
         """The hits within reach, in the robot's frame."""
+        from occmap.localization import search_kernels
+
         hit = scan.is_hit & (scan.ranges_m < reach_m)
         bearings, ranges = scan.bearings_rad[hit] + robot_from_lidar.yaw_rad, scan.ranges_m[hit, None]
         away = np.column_stack((np.cos(bearings), np.sin(bearings)))
-        return Cloud(away * ranges + np.array(robot_from_lidar.position), -away)
+        points = away * ranges + np.array(robot_from_lidar.position)
+        walls = search_kernels.bridged(points, np.flatnonzero(hit), BRIDGE_SPACING_M, BRIDGE_M, BRIDGE_OFF_M)
+        return Cloud(points, -away, walls)
 
     def moved(self, a_from_b: Pose2) -> Cloud:
         """The same cloud of frame b in frame a."""
         turn = Pose2(0.0, 0.0, a_from_b.yaw_rad)
-        return Cloud(a_from_b.apply(self.points), turn.apply(self.facing))
+        return Cloud(a_from_b.apply(self.points), turn.apply(self.facing), a_from_b.apply(self.walls))
 
 
 class SurfelMap:

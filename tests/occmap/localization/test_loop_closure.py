@@ -1,0 +1,76 @@
+import math
+
+import numpy as np
+import pytest
+
+from occmap.geometry import Pose2
+from occmap.localization import SlamLocalizer
+from occmap.localization.loop_candidates import uncertainty_from
+from occmap.localization.pose_graph import Loss, PoseGraph
+from tests.occmap.localization.drives import RING, RING_LAP, drive, errors_m, observe
+
+TIGHT = np.diag([1e4, 1e4, 1e6])
+
+
+def _chain(nodes, length_m=1.0):
+    graph = PoseGraph()
+    step = Pose2(length_m, 0.0, 0.0)
+    graph.add_node(Pose2.identity())
+    for k in range(1, nodes):
+        graph.add_node(graph.pose(k - 1) @ step)
+        graph.add_edge(k - 1, k, step, TIGHT)
+    return graph
+
+
+def test_uncertainty_grows_along_a_chain_and_heading_errors_lever_out():
+    """Sum over the edges of sigma^2 + (distance of the edge's middle)^2 sigma_yaw^2."""
+    graph = _chain(11)
+    position, yaw = uncertainty_from(graph, 0)
+    levers = np.arange(10) + 0.5
+    assert position[10] == pytest.approx((2e-4 + 1e-6 * levers**2).sum(), rel=1e-3)
+    assert yaw[10] == pytest.approx(10e-6, rel=1e-3)
+    assert np.all(np.diff(position) > 0.0)
+
+
+def test_a_loop_makes_what_it_joins_certain():
+    graph = _chain(11)
+    before, _ = uncertainty_from(graph, 10)
+    graph.add_edge(0, 10, Pose2(10.0, 0.0, 0.0), TIGHT)
+    after, _ = uncertainty_from(graph, 10)
+    assert after[0] < 0.2 * before[0]
+    assert after[5] <= before[5]
+
+
+def test_a_planted_false_loop_does_not_fold_the_map():
+    poses = drive([*RING_LAP, *RING_LAP, RING_LAP[0]])
+    slam = SlamLocalizer()
+    stream = observe(RING, poses, np.random.default_rng(0))
+    for k, seen in enumerate(stream):
+        slam.update(seen)
+        if k == 2 * len(stream) // 3:
+            last = len(slam.graph.poses) - 3
+            slam.graph.add_edge(2, last, Pose2(2.0, -1.0, 1.0), 0.1 * TIGHT, Loss.DCS, slam.config.loops.dcs_chi2)
+    slam.finish()
+    assert errors_m(poses, [pose for _, pose in slam.trajectory()]).max() < 0.1
+
+
+def test_rooms_that_look_alike_are_not_taken_for_one():
+    """Two equal rooms, one behind the other, joined by a plain corridor."""
+    boxes = np.array(
+        [
+            (0, -0.2, 4, 0), (0, 3, 4, 3.2), (-0.2, -0.2, 0, 3.2), (4, -0.2, 4.2, 1), (4, 2, 4.2, 3.2), (1, 2.4, 1.6, 3),
+            (4.2, 0.8, 12, 1), (4.2, 2, 12, 2.2),
+            (12, -0.2, 16, 0), (12, 3, 16, 3.2), (11.8, -0.2, 12, 1), (11.8, 2, 12, 3.2), (16, -0.2, 16.2, 3.2),
+            (13, 2.4, 13.6, 3),
+        ]
+    )  # fmt: skip
+    poses = drive([(1.0, 1.5), (14.5, 1.5), (14.6, 1.0), (2.5, 1.5), (14.5, 1.6)])
+    slam = SlamLocalizer()
+    for seen in observe(boxes, poses, np.random.default_rng(4), max_range_m=6.0):
+        slam.update(seen)
+    slam.finish()
+    assert errors_m(poses, [pose for _, pose in slam.trajectory()]).max() < 0.2
+    for loop in slam.loops.believed:
+        apart = slam.graph.pose(loop.older).inverse() @ slam.graph.pose(loop.younger)
+        error = loop.older_from_younger.inverse() @ apart
+        assert math.hypot(error.x_m, error.y_m) < 0.2

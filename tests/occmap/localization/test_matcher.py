@@ -1,0 +1,163 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from occmap.geometry import Pose2
+from occmap.localization import search_kernels, surfel_kernels
+from occmap.localization.likelihood_pyramid import LEVELS, LikelihoodPyramid, peak
+from occmap.localization.matcher import Matcher
+from occmap.localization.motion import Prediction
+from occmap.localization.submap import Submap, SubmapConfig
+from occmap.localization.surfel_map import Cloud
+from tests.occmap.kinematic_world import room
+from tests.occmap.localization.drives import scan_at
+
+FLAT = room(8.0, 6.0, (2, 0, 3, 1.5), (6, 4, 8, 4.4))
+HERE = Pose2(4.0, 3.0, 0.4)
+
+
+def _cloud(boxes, pose, rng):
+    return Cloud.of(scan_at(boxes, pose, rng), Pose2.identity(), 30.0)
+
+
+def _submap(boxes, pose, rng, scans=12):
+    """A submap whose frame is `pose`, made of scans taken there and around."""
+    submap = Submap(SubmapConfig(), Pose2.identity(), np.eye(3), 12.0)
+    for k in range(scans):
+        submap_from_robot = Pose2(0.05 * k, 0.0, 0.02 * k)
+        submap.insert(_cloud(boxes, pose @ submap_from_robot, rng), submap_from_robot)
+    return submap
+
+
+def _prediction(window_m, window_rad):
+    return Prediction(Pose2.identity(), 0.2, 0.1, window_m, window_rad)
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    x=st.floats(-0.3, 0.3), y=st.floats(-0.3, 0.3), yaw=st.floats(-0.17, 0.17), seed=st.integers(0, 1000)
+)
+def test_known_offsets_are_recovered_within_the_window(x, y, yaw, seed):
+    rng = np.random.default_rng(seed)
+    truth = Pose2(x, y, yaw)
+    match = Matcher().match(
+        _cloud(FLAT, HERE @ truth, rng), _submap(FLAT, HERE, rng), Pose2.identity(), _prediction(0.4, 0.25)
+    )
+    error = truth.inverse() @ match.submap_from_robot
+    assert math.hypot(error.x_m, error.y_m) < 0.02
+    assert abs(error.yaw_rad) < 0.006
+    assert match.fit > 0.8
+
+
+def test_a_corridor_holds_its_width_and_not_its_length():
+    rng = np.random.default_rng(0)
+    corridor = np.array([(-40, 1.0, 40, 1.2), (-40, -1.2, 40, -1.0)], float)
+    match = Matcher().match(
+        _cloud(corridor, Pose2.identity(), rng),
+        _submap(corridor, Pose2.identity(), rng),
+        Pose2.identity(),
+        _prediction(0.1, 0.05),
+    )
+    sigma_x, sigma_y, _ = np.sqrt(np.diag(np.linalg.inv(match.information + 1e-6 * np.eye(3))))
+    assert sigma_x > 5.0 * sigma_y
+
+
+def test_the_faces_of_a_partition_do_not_pull_each_other():
+    rng = np.random.default_rng(1)
+    partition = room(12.0, 4.0, (5.95, 0, 6.05, 4))
+    submap = Submap(SubmapConfig(), Pose2.identity(), np.eye(3), 12.0)
+    left, right = Pose2(3.0, 2.0, 0.0), Pose2(9.0, 2.0, math.pi)
+    for _ in range(10):
+        submap.insert(_cloud(partition, left, rng), left)
+    submap.insert(_cloud(partition, right, rng), right)
+    guess = right @ Pose2(-0.04, 0.0, 0.0)
+    match = Matcher().refine(
+        _cloud(partition, right, rng), submap, guess, guess, np.diag([1e-3, 1e-3, 1e-3])
+    )
+    error = right.inverse() @ match.submap_from_robot
+    assert abs(error.x_m) < 0.02
+
+
+def test_a_search_finds_what_trying_every_pose_finds():
+    rng = np.random.default_rng(2)
+    raster = LikelihoodPyramid(0.05, 0.06, (-5.0, -5.0), (5.0, 5.0))
+    wall = rng.uniform(-3.0, 3.0, (60, 2))
+    raster.insert(wall)
+    points = Pose2(0.17, -0.22, 0.06).inverse().apply(wall[:30])
+    half_cells, half_angles, step, cost = 7, 6, 0.02, 3.0
+    found = search_kernels.search(
+        raster.buffer, raster.starts, raster.shapes, points, -5.0, -5.0, 20.0, np.zeros(3),
+        half_angles, step, half_cells, cost, cost, 400.0, -1e9,
+    )  # fmt: skip
+    fine = raster.buffer[: 200 * 200].reshape(200, 200).astype(int)
+    best = -math.inf
+    for a in range(-half_angles, half_angles + 1):
+        cells = np.floor((Pose2(0.0, 0.0, a * step).apply(points) + 5.0) * 20.0).astype(int)
+        for y in range(-half_cells, half_cells + 1):
+            for x in range(-half_cells, half_cells + 1):
+                score = fine[cells[:, 1] + y, cells[:, 0] + x].sum() - min(cost * (x * x + y * y + a * a), 400.0)
+                best = max(best, score)
+    assert found[3] == best
+
+
+def test_every_level_bounds_the_one_below_it():
+    rng = np.random.default_rng(3)
+    raster = LikelihoodPyramid(0.05, 0.06, (0.0, 0.0), (4.0, 3.0))
+    raster.insert(rng.uniform(0.2, 2.8, (40, 2)))
+    levels = [
+        raster.buffer[s : s + ny * nx].reshape(ny, nx)
+        for s, (ny, nx) in zip(raster.starts, raster.shapes, strict=True)
+    ]
+    fine = levels[0]
+    for k in range(1, LEVELS):
+        h = 1 << k
+        for iy, ix in np.argwhere(fine > 0):
+            for j in (iy // h, iy // h + 1):
+                for i in (ix // h, ix // h + 1):
+                    assert levels[k][j, i] >= fine[iy, ix]
+
+
+def test_a_point_leaves_a_peak_in_its_cell():
+    raster = LikelihoodPyramid(0.05, 0.06, (0.0, 0.0), (1.0, 1.0))
+    raster.insert(np.array([[0.51, 0.32]]))
+    fine = raster.buffer[:400].reshape(20, 20)
+    assert np.unravel_index(fine.argmax(), fine.shape) == (6, 10)
+    assert fine.max() == 255 == peak(1.2)[0, 0]
+
+
+def test_thinned_points_keep_their_distance():
+    rng = np.random.default_rng(4)
+    points = np.cumsum(rng.normal(0.0, 0.05, (200, 2)), axis=0)
+    kept, last = [], None
+    for point in points:
+        if last is None or math.dist(point, last) >= 0.1:
+            kept.append(point)
+            last = point
+    assert np.array_equal(search_kernels.thin(points, 0.1), np.array(kept))
+
+
+def test_normal_equations_are_the_gradient_of_the_cost():
+    """Half the sum of squared point-to-line residuals, by finite differences; no robust loss, one flat wall."""
+    wall = np.column_stack((np.linspace(-1.0, 1.0, 200), np.full(200, 1.0)))
+    submap = Submap(SubmapConfig(), Pose2.identity(), np.eye(3), 5.0)
+    down = np.tile([0.0, -1.0], (200, 1))
+    submap.insert(Cloud(wall, down, wall), Pose2.identity())
+    points, m = wall[40:160:7] + [0.0, 0.01], submap.surfels
+
+    def linearised(pose):
+        hessian, gradient = np.zeros((3, 3)), np.zeros(3)
+        surfel_kernels.linearise(
+            m.index, m.rows, *m.origin_m, m.voxels_per_m, points, down[: len(points)], pose, 1e6, hessian, gradient
+        )  # fmt: skip
+        return gradient
+
+    def cost(pose):
+        moved = Pose2(*pose).apply(points)
+        return 0.5 * ((moved[:, 1] - 1.0) ** 2).sum()
+
+    pose, eps = np.array([0.01, 0.005, 0.01]), 1e-6
+    numeric = [(cost(pose + eps * e) - cost(pose - eps * e)) / (2 * eps) for e in np.eye(3)]
+    assert linearised(pose) == pytest.approx(np.array(numeric), abs=1e-4)
