@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import ndimage
 
 from occmap.decision import Reason, UnknownLeft
@@ -36,6 +35,7 @@ def certify(
     regions = np.empty(grid.shape, np.int32)
     ndimage.label(grid.state == Belief.FREE, output=regions)
     own_regions = np.unique(regions[reached])
+    away = ndimage.distance_transform_edt(~reached)  # in cells
 
     def reason_for(frontier: Frontier) -> tuple[Reason, str]:
         size_m = frontier.size * grid.frame.resolution_m
@@ -45,7 +45,7 @@ def certify(
         if not np.isin(regions[frontier.cells[:, 1], frontier.cells[:, 0]], own_regions).any():
             return Reason.SEALED, "no free space leads to it"
         failed = looks.at(frontier, grid)
-        away_m = _distance_to_reached_m(frontier, grid, reached)
+        away_m = float(away[frontier.cells[:, 1], frontier.cells[:, 0]].min()) * grid.frame.resolution_m
         if failed and away_m < goals.look_from_m[-1]:
             return failed[-1].reason, f"{len(failed)} tries: {failed[-1].why}"
         body = f"a body {2.0 * body_radius_m:.2f} m wide"
@@ -55,11 +55,3 @@ def certify(
         UnknownLeft(frontier.centroid_in_map, frontier.size * grid.frame.resolution_m, *reason_for(frontier))
         for frontier in frontiers
     )
-
-
-def _distance_to_reached_m(frontier: Frontier, grid: OccupancyGrid, reached: NDArray[np.bool_]) -> float:
-    iy, ix = np.nonzero(reached)
-    if not len(ix):
-        return float("inf")
-    x, y = frontier.cells[len(frontier.cells) // 2]
-    return float(np.sqrt(((ix - x) ** 2 + (iy - y) ** 2).min())) * grid.frame.resolution_m

@@ -40,6 +40,8 @@ class PaceConfig:
     """It stands still this long at first: a cell takes a few scans to be believed free."""
     reconsider_s: float = 2.0
     """While a goal is good, its rivals are weighed this often."""
+    survey_s: float = 10.0
+    """This often it looks farther around for what is reachable than its next goal requires."""
     confirm_s: float = 1.0
     """No goal must turn up for this long before it calls itself done."""
 
@@ -91,6 +93,7 @@ class Explorer:
         self._goal_switches = 0
         self._begun_s: float | None = None
         self._considered_s = -math.inf
+        self._surveyed_s = -math.inf
         self._goalless_since_s: float | None = None
         self._last_seen: Observation | None = None
 
@@ -183,7 +186,11 @@ class Explorer:
         with self._watch.lap("frontiers"):
             frontiers = self.map.find_frontiers()
         found = self.search.run(
-            frontiers, self.grid, lambda bound_m: self._flood(here, bound_m), seen.scan.max_range_m
+            frontiers,
+            self.grid,
+            lambda bound_m: self._flood(here, bound_m),
+            seen.scan.max_range_m,
+            widely=self._is_survey_due(seen.time_s),
         )
         self.reach.note(found.wave, self.grid)
         goal = self._prefer(found)
@@ -192,6 +199,13 @@ class Explorer:
             self._set_out(goal, found.wave, seen.time_s)
         else:
             self._consider_ending(found.wave, seen.time_s)
+
+    def _is_survey_due(self, now_s: float) -> bool:
+        """Now and then a flood goes farther than a goal needs it: what is reachable is worth remembering."""
+        if now_s - self._surveyed_s < self.config.pace.survey_s:
+            return False
+        self._surveyed_s = now_s
+        return True
 
     def _prefer(self, found: Search) -> Goal | None:
         """The best goal, or the one pursued where the best is not much better."""
@@ -214,7 +228,8 @@ class Explorer:
         if pursuit is None or pursuit.goal.distance_m(goal) > SAME_GOAL_M:
             self._events.append(str(goal))
         self._replans += 1
-        self.pursuit = Pursuit(self.config.pursuit, goal, path, now_s)
+        is_tight = path.keep_clear_m < self.config.planner.body_radius_m
+        self.pursuit = Pursuit(self.config.pursuit, goal, path, now_s, is_tight)
 
     def _flood(self, here: Pose2, within_m: float = math.inf) -> Wavefront:
         cell = self.grid.frame.cell_at(here.x_m, here.y_m)

@@ -44,11 +44,20 @@ class GoalSearch:
         self.looks = looks
 
     def run(
-        self, frontiers: Sequence[Frontier], grid: OccupancyGrid, flood: Flood, max_range_m: float
+        self,
+        frontiers: Sequence[Frontier],
+        grid: OccupancyGrid,
+        flood: Flood,
+        max_range_m: float,
+        *,
+        widely: bool = False,
     ) -> Search:
-        """The best goal, or a Search without one over a flood of all that can be reached."""
+        """The best goal, or a Search without one over a flood of all that can be reached.
+
+        The flood covers no more than it must, or, if `widely`, at least the last of BOUNDS_M.
+        """
         worth_a_look = list(self._worth_a_look(frontiers, grid))
-        goals, wave = self._widening(worth_a_look, grid, flood)
+        goals, wave = self._widening(worth_a_look, grid, flood, BOUNDS_M[-1:] if widely else BOUNDS_M)
         best = best_of(goals)
         if best is None:
             goals = self._from_afar(worth_a_look, grid, wave, max_range_m) or self._nooks(
@@ -58,10 +67,14 @@ class GoalSearch:
         return Search(best, tuple(goals), wave)
 
     def _widening(
-        self, frontiers: Sequence[tuple[Frontier, int]], grid: OccupancyGrid, flood: Flood
+        self,
+        frontiers: Sequence[tuple[Frontier, int]],
+        grid: OccupancyGrid,
+        flood: Flood,
+        bounds_m: Sequence[float],
     ) -> tuple[list[Goal], Wavefront]:
         """Goals seen from near, and the flood that reached them: as narrow a one as proves the best."""
-        for bound_m in (*BOUNDS_M, math.inf):
+        for bound_m in (*bounds_m, math.inf):
             wave = flood(bound_m)
             goals = self._from_near(_within(frontiers, grid, wave, bound_m + NEAR_M), grid, wave)
             if wave.is_exhausted or not self.chooser.may_be_beaten_beyond(bound_m, best_of(goals)):
@@ -83,16 +96,26 @@ class GoalSearch:
     def _from_near(
         self, frontiers: Sequence[tuple[Frontier, int]], grid: OccupancyGrid, wave: Wavefront
     ) -> list[Goal]:
-        """A look for each: the widest that has not failed yet and that there is a place for."""
-        found = (self._first_look(frontier, failed, grid, wave) for frontier, failed in frontiers)
-        return [goal for goal in found if goal is not None]
+        """Looks at the frontiers, but for those that cost too much to compete with the best.
+
+        In the order they come, which is by the crow's distance: the best turns up early.
+        """
+        goals: list[Goal] = []
+        best: Goal | None = None
+        for frontier, failed in frontiers:
+            goal = self._first_look(frontier, failed, grid, wave, self.chooser.affordable_m(best))
+            if goal is not None:
+                goals.append(goal)
+                best = best_of((best, goal)) if best is not None else goal
+        return goals
 
     def _first_look(
-        self, frontier: Frontier, failed: int, grid: OccupancyGrid, wave: Wavefront
+        self, frontier: Frontier, failed: int, grid: OccupancyGrid, wave: Wavefront, within_m: float
     ) -> Goal | None:
+        """The widest look that has not failed yet and that there is a place for."""
         config = self.chooser.config
         for from_m, into_m in list(zip(config.look_from_m, config.look_into_m, strict=True))[failed:]:
-            goal = self.chooser.goal_for(frontier, grid, wave, from_m, into_m)
+            goal = self.chooser.goal_for(frontier, grid, wave, from_m, into_m, within_m=within_m)
             if goal is not None:
                 return goal
         return None
@@ -133,10 +156,8 @@ class GoalSearch:
 def _within(
     frontiers: Sequence[tuple[Frontier, int]], grid: OccupancyGrid, wave: Wavefront, reach_m: float
 ) -> list[tuple[Frontier, int]]:
-    """The frontiers that a wave could come near: a way is never shorter than the crow's."""
-    x, y = grid.frame.centre_of(*wave.start_cell)
-    return [
-        (frontier, failed)
-        for frontier, failed in frontiers
-        if math.hypot(frontier.centroid_in_map[0] - x, frontier.centroid_in_map[1] - y) <= reach_m
-    ]
+    """The frontiers that a wave could come near, the nearest first: no way is shorter than the crow's."""
+    start = grid.frame.centre_of(*wave.start_cell)
+    away_m = {id(frontier): math.dist(start, frontier.centroid_in_map) for frontier, _ in frontiers}
+    near = [pair for pair in frontiers if away_m[id(pair[0])] <= reach_m]
+    return sorted(near, key=lambda pair: away_m[id(pair[0])])

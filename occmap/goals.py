@@ -121,8 +121,11 @@ class GoalChooser:
         from_m: float,
         into_m: float,
         stride: int = 2,
+        within_m: float = math.inf,
     ) -> Goal | None:
         """The cheapest way to look into_m deep into a frontier from at most from_m before it, if any.
+
+        None too if that would cost more than within_m.
 
         The viewpoint sees unknown cells beyond the frontier, not merely the frontier: an edge of a
         pillar's shadow is in plain sight from where the shadow was cast, and looking at it from
@@ -133,8 +136,8 @@ class GoalChooser:
         if not len(targets):
             return None
         reach = max(1, int((from_m + into_m) / grid.frame.resolution_m))
-        cost, exact_below = wave.fixed_point()
-        ix, iy = self._kernels.find_viewpoint(grid.state, cost, exact_below, targets, reach, stride)
+        cost, below = wave.fixed_point(within_m)
+        ix, iy = self._kernels.find_viewpoint(grid.state, cost, below, targets, reach, stride)
         if ix < 0:
             return None
         cost_m = wave.metres(cost[iy, ix])
@@ -184,6 +187,12 @@ class GoalChooser:
             return frontier.size * r * 1.0
         reach = int(self.config.gain_range_m / r)
         return self._kernels.expected_gain_cells(grid.state, ix, iy, reach, 96) * r * r
+
+    def affordable_m(self, best: Goal | None) -> float:
+        """What a goal may cost at most to be worth comparing with the best so far."""
+        if best is None or self.config.strategy != "nearest":
+            return math.inf
+        return best.cost_m + self.config.hysteresis_m
 
     def may_be_beaten_beyond(self, bound_m: float, best: Goal | None) -> bool:
         """Whether a goal that costs more than bound_m could be worth more than the best so far."""

@@ -12,7 +12,7 @@ from scipy import ndimage
 
 from occmap.decision import Reason
 from occmap.geometry import Points, Pose2
-from occmap.grid import OccupancyGrid, moved
+from occmap.grid import Belief, OccupancyGrid, moved
 
 if TYPE_CHECKING:
     from occmap.frontiers import Frontier
@@ -92,14 +92,17 @@ class ReachMemory:
         self._reached.ravel()[wave.reached_cells()] = 1
 
     def is_cut_off(self, wave: Wavefront, grid: OccupancyGrid, roomy: NDArray[np.bool_]) -> bool:
-        """Whether a piece of floor once reached, still free and roomy, is out of reach of a full flood.
+        """Whether a piece of floor once reached, still free and roomy, is shut off from all that a flood reaches.
 
-        Roomy: with space for the body, (ny, nx). Cells along walls come and go with noise.
+        Roomy: with space for the body, (ny, nx). Cells along walls come and go with noise. Shut off: no
+        free cells lead there at all; a gap that turned out too narrow for the body has not been closed.
         """
         self._align(grid)
         cost, exact_below = wave.fixed_point()
         pieces = np.empty(grid.shape, np.int32)
-        ndimage.label((self._reached != 0) & roomy & (cost >= exact_below), output=pieces)
+        ndimage.label(grid.state == Belief.FREE, output=pieces)
+        pieces[np.isin(pieces, np.unique(pieces[cost < exact_below]))] = 0
+        pieces[(self._reached == 0) | ~roomy] = 0
         largest = np.bincount(pieces.ravel())[1:].max(initial=0)
         return float(largest) * grid.frame.resolution_m**2 > CUT_OFF_M2
 

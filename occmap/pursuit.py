@@ -49,8 +49,11 @@ class Failure:
 class Pursuit:
     """One goal and the path to it; remembers how far the robot has come, and since when it gets no nearer."""
 
-    def __init__(self, config: PursuitConfig, goal: Goal, path: Path, now_s: float) -> None:
+    def __init__(
+        self, config: PursuitConfig, goal: Goal, path: Path, now_s: float, is_tight: bool = False
+    ) -> None:
         self.config = config
+        self.is_tight = is_tight  # the path leads through a gap that may be too narrow
         self.goal = goal
         self.path = path
         self.progress_m = 0.0  # along the path
@@ -87,7 +90,12 @@ class Pursuit:
             if now_s - self._arrived_s >= c.look_s:
                 return Failure(Reason.GAVE_UP, f"looked at it from ({x:.2f}, {y:.2f}) in vain")
         elif self._held_up_s > c.held_up_s:
-            return Failure(Reason.UNSAFE, f"an obstacle bars the way at ({x:.2f}, {y:.2f})")
+            return Failure(self._obstacle, f"something bars the way at ({x:.2f}, {y:.2f})")
         elif now_s - self._nearer_s > c.patience_s:
-            return Failure(Reason.UNSAFE, f"came no nearer than {self._to_go_m:.2f} m")
+            return Failure(self._obstacle, f"came no nearer than {self._to_go_m:.2f} m")
         return None
+
+    @property
+    def _obstacle(self) -> Reason:
+        """What holds the robot up: a gap that only looked passable on the grid, or something else."""
+        return Reason.TOO_NARROW if self.is_tight else Reason.UNSAFE

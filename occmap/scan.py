@@ -27,17 +27,23 @@ class Scan:
     def __post_init__(self) -> None:
         if self.bearings_rad.shape != self.ranges_m.shape or self.ranges_m.ndim != 1:
             raise ValueError(
-                f"bearings and ranges must be of one length, got {self.bearings_rad.shape} and {self.ranges_m.shape}"
+                "bearings and ranges must be of one length, "
+                f"got {self.bearings_rad.shape} and {self.ranges_m.shape}"
             )
         if self.beam_times_s is not None and self.beam_times_s.shape != self.ranges_m.shape:
-            raise ValueError(f"beam_times_s must have shape {self.ranges_m.shape}, got {self.beam_times_s.shape}")
+            raise ValueError(
+                f"beam_times_s must have shape {self.ranges_m.shape}, got {self.beam_times_s.shape}"
+            )
         if not 0.0 <= self.min_range_m < self.max_range_m:
-            raise ValueError(f"need 0 <= min_range_m < max_range_m, got {self.min_range_m} and {self.max_range_m}")
+            raise ValueError(
+                f"need 0 <= min_range_m < max_range_m, got {self.min_range_m} and {self.max_range_m}"
+            )
 
     @property
     def is_hit(self) -> NDArray[np.bool_]:
         """(n,) which beams ended on something."""
-        return np.isfinite(self.ranges_m) & (self.ranges_m >= self.min_range_m) & (self.ranges_m < self.max_range_m)
+        is_in_range = (self.ranges_m >= self.min_range_m) & (self.ranges_m < self.max_range_m)
+        return np.isfinite(self.ranges_m) & is_in_range
 
     def hits_in_lidar(self) -> Points:
         """(k, 2) end points of the beams that hit, in metres, in the lidar's frame."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -53,10 +54,16 @@ class Wavefront:
         self._check()
         return self._metres(self.memory.cost).reshape(self.terrain.shape)
 
-    def fixed_point(self) -> tuple[NDArray[np.int32], int]:
-        """Costs as the search keeps them, (ny, nx), no copy, and the bound below which a cell is reached."""
+    def fixed_point(self, within_m: float = math.inf) -> tuple[NDArray[np.int32], int]:
+        """Costs as the search keeps them, (ny, nx), no copy, and the bound below which a cell is in reach.
+
+        Of all that was reached, or of what costs no more than within_m.
+        """
+        from occmap.planner_kernels import STRAIGHT
+
         self._check()
-        return self.memory.cost.reshape(self.terrain.shape), self.exact_below
+        below = within_m / self.terrain.frame.resolution_m * STRAIGHT
+        return self.memory.cost.reshape(self.terrain.shape), int(min(self.exact_below, below))
 
     def metres(self, cost: int) -> float:
         """One of those costs in metres."""
