@@ -98,23 +98,29 @@ class GoalSearch:
     ) -> list[Goal]:
         """Looks at the frontiers, but for those that cost too much to compete with the best.
 
-        In the order they come, which is by the crow's distance: the best turns up early.
+        In the order they come, which is by the crow's distance: the best turns up early. Until there is
+        one, each frontier gets every look that may help; from then on, the widest has to do.
         """
         goals: list[Goal] = []
         best: Goal | None = None
         for frontier, failed in frontiers:
-            goal = self._first_look(frontier, failed, grid, wave, self.chooser.affordable_m(best))
+            looks = self.chooser.looks[failed:] if best is None else self.chooser.looks[failed : failed + 1]
+            goal = self._first_look(frontier, looks, grid, wave, self.chooser.affordable_m(best))
             if goal is not None:
                 goals.append(goal)
                 best = best_of((best, goal)) if best is not None else goal
         return goals
 
     def _first_look(
-        self, frontier: Frontier, failed: int, grid: OccupancyGrid, wave: Wavefront, within_m: float
+        self,
+        frontier: Frontier,
+        looks: Sequence[tuple[float, float]],
+        grid: OccupancyGrid,
+        wave: Wavefront,
+        within_m: float,
     ) -> Goal | None:
-        """The widest look that has not failed yet and that there is a place for."""
-        config = self.chooser.config
-        for from_m, into_m in list(zip(config.look_from_m, config.look_into_m, strict=True))[failed:]:
+        """The first of some looks (from_m, into_m) that there is a place for."""
+        for from_m, into_m in looks:
             goal = self.chooser.goal_for(frontier, grid, wave, from_m, into_m, within_m=within_m)
             if goal is not None:
                 return goal

@@ -111,6 +111,8 @@ class GoalChooser:
         from occmap import goals_kernels
 
         self.config = config
+        self.looks = tuple(zip(config.look_from_m, config.look_into_m, strict=True))
+        """(from_m, into_m), the widest first."""
         self._kernels = goals_kernels
 
     def goal_for(
