@@ -22,6 +22,8 @@ SAME_GOAL_M = 1.0
 GONE_SHARE = 0.25
 """With less than this of its frontier left, a goal is gone."""
 
+TARGETS = 6
+"""A frontier is sampled at so many places to tell what is seen of it."""
 NOOK_DEPTH_M = 0.1
 """A nook is at least this deep."""
 
@@ -134,7 +136,7 @@ class GoalChooser:
         there again shows nothing new.
         """
         deepest = max(1, round(into_m / grid.frame.resolution_m))
-        targets = self._kernels.unknown_beyond(grid.state, frontier.cells, 12, deepest)
+        targets = self._kernels.unknown_beyond(grid.state, frontier.cells, TARGETS, deepest)
         if not len(targets):
             return None
         reach = max(1, int((from_m + into_m) / grid.frame.resolution_m))
@@ -175,7 +177,9 @@ class GoalChooser:
         r = grid.frame.resolution_m
         if edge.size * r < self.config.min_nook_m:
             return False
-        beyond = self._kernels.unknown_beyond(grid.state, edge.cells, 12, max(1, round(NOOK_DEPTH_M / r)))
+        beyond = self._kernels.unknown_beyond(
+            grid.state, edge.cells, TARGETS, max(1, round(NOOK_DEPTH_M / r))
+        )
         deep = beyond[beyond[:, 2] * r >= NOOK_DEPTH_M - 1e-6]
         belief = grid.log_odds[deep[:, 1], deep[:, 0]]
         untouched = np.abs(belief - grid.prior_log_odds) < 0.1
