@@ -17,13 +17,14 @@ from experiments.streams import Streams
 from occmap.explorer import ExplorerConfig
 from occmap.goals import GoalConfig
 from occmap.grid import GridConfig
+from occmap.localization import SlamConfig
 from sim.faults import FaultsConfig
 from sim.generators import BuildingConfig
 from sim.lidar import LidarConfig
 from sim.odometry import OdometryConfig
 from sim.robot import RobotConfig
 
-PoseSource = Literal["truth", "odometry"]
+PoseSource = Literal["truth", "odometry", "slam"]
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,8 @@ class ExperimentConfig:
     start: tuple[float, float, float] | None = None
     """X Y YAW in the building's own frame, metres and radians. By default the building says, or chance."""
     pose: PoseSource = "truth"
-    """truth: the true pose, as in a lesson on mapping. odometry: where the wheels say, drift and all."""
+    """truth: the true pose, as in a lesson on mapping. odometry: where the wheels say, drift and all.
+    slam: the wheels' word, corrected by matching scans and closing loops."""
     noise_scale: float = 1.0
     """Multiplies every error of the lidar: 0 none."""
     drift_scale: float = 1.0
@@ -63,6 +65,7 @@ class ExperimentConfig:
     time_limit_s: float = 7200.0
     """Simulated time after which the run ends, done or not."""
     explorer: Annotated[ExplorerOptions, tyro.conf.arg(name="")] = field(default_factory=ExplorerOptions)
+    slam: Annotated[SlamConfig, tyro.conf.Suppress] = field(default_factory=SlamConfig)
     building: BuildingConfig = field(default_factory=BuildingConfig)
     lidar: LidarConfig = field(default_factory=LidarConfig)
     odometry: OdometryConfig = field(default_factory=OdometryConfig)

@@ -11,7 +11,7 @@ from experiments.scoring import Scorer
 from experiments.streams import Streams
 from occmap.explorer import Explorer
 from occmap.geometry import Pose2
-from occmap.localization import Localizer, OdometryLocalizer
+from occmap.localization import Localizer, OdometryLocalizer, SlamLocalizer
 from occmap.stopwatch import Stopwatch
 from sim.building import Box, Building
 from sim.generators import generate
@@ -126,6 +126,8 @@ def make_robot(config: ExperimentConfig, building: Building, streams: Streams) -
 
 def make_localizer(config: ExperimentConfig) -> Localizer:
     """Who tells the explorer where it is. With the true pose handed in as odometry, it is believed."""
+    if config.pose == "slam":
+        return SlamLocalizer(config.slam, config.explorer.grid, config.explorer.sensor_model)
     return OdometryLocalizer()
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -105,23 +105,25 @@ class Explorer:
     def decide(self, seen: Observation) -> Decision:
         """What to do until the next scan, given this one."""
         self._events, self._watch = [], Stopwatch()
-        here = self._see(seen)
+        here, seen = self._see(seen)
         with self._watch.lap("planning"):
             activity, twist = self._act(seen, here)
         self.mobility.remember(seen, twist)
         self._last_seen = seen
         return self._decision(here, activity, twist)
 
-    def _see(self, seen: Observation) -> Pose2:
-        """Localise, and spend the scan on the map."""
+    def _see(self, seen: Observation) -> tuple[Pose2, Observation]:
+        """Localise, and spend the scan on the map: the pose, and what was seen, as seen from that one pose."""
         with self._watch.lap("localization"):
             estimate = self.localizer.update(seen)
         if estimate.grid is not None:
             self._take_over(estimate.grid, estimate)
+        if estimate.scan is not None:
+            seen = replace(seen, scan=estimate.scan)
         if estimate.insert:
             map_from_lidar = estimate.map_from_robot @ seen.robot_from_lidar
             self.map.insert(seen.scan, map_from_lidar, self._watch)
-        return estimate.map_from_robot
+        return estimate.map_from_robot, seen
 
     def _take_over(self, grid: OccupancyGrid, estimate: Estimate) -> None:
         """The localizer has corrected the past: take its map, and carry over what is remembered."""
