@@ -113,7 +113,7 @@ class Explorer:
         return self._decision(here, activity, twist)
 
     def _see(self, seen: Observation) -> tuple[Pose2, Observation]:
-        """Localise, and spend the scan on the map: the pose, and what was seen, as seen from that one pose."""
+        """Localise, and spend the scan on the map: the pose, and the scan as seen from that one pose."""
         with self._watch.lap("localization"):
             estimate = self.localizer.update(seen)
         if estimate.grid is not None:
