@@ -25,8 +25,11 @@ def certify(
     looks: FailedLooks,
     goals: GoalConfig,
     body_radius_m: float,
+    unvisited: Sequence[Frontier] = (),
 ) -> tuple[UnknownLeft, ...]:
     """The reason for every frontier, given a flood of all that the body can reach.
+
+    unvisited: those of the frontiers that could still be looked into, where the run ends early.
 
     Where the body cannot come as near as the nearest look, a gap too narrow for it is what is wrong,
     however often it has looked from farther away.
@@ -35,7 +38,8 @@ def certify(
     regions = np.empty(grid.shape, np.int32)
     ndimage.label(grid.state == Belief.FREE, output=regions)
     own_regions = np.unique(regions[reached])
-    away = ndimage.distance_transform_edt(~reached)  # in cells
+    away = np.empty(grid.shape, np.float64)  # in cells
+    ndimage.distance_transform_edt(~reached, distances=away)
 
     def reason_for(frontier: Frontier) -> tuple[Reason, str]:
         size_m = frontier.size * grid.frame.resolution_m
@@ -44,6 +48,8 @@ def certify(
             return Reason.SPECK, f"{size_m:.2f} m long, {least}"
         if not np.isin(regions[frontier.cells[:, 1], frontier.cells[:, 0]], own_regions).any():
             return Reason.SEALED, "no free space leads to it"
+        if any(frontier is other for other in unvisited):
+            return Reason.UNVISITED, "in reach and worth a look, but the run ended first"
         failed = looks.at(frontier, grid)
         away_m = float(away[frontier.cells[:, 1], frontier.cells[:, 0]].min()) * grid.frame.resolution_m
         if failed and away_m < goals.look_from_m[-1]:

@@ -4,24 +4,26 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
 from occmap.certificate import certify
 from occmap.clearance import ClearanceConfig
-from occmap.decision import Decision, Status, UnknownLeft
+from occmap.decision import Decision, Reason, Status, UnknownLeft
+from occmap.ending import Ending, EndingConfig
 from occmap.follower import Follower, FollowerConfig
-from occmap.frontiers import FrontierConfig
+from occmap.frontiers import Frontier, FrontierConfig
 from occmap.geometry import Pose2, Twist2
-from occmap.goal_search import GoalSearch, Search
+from occmap.goal_search import GoalSearch
 from occmap.goals import SAME_GOAL_M, Goal, GoalChooser, GoalConfig
 from occmap.grid import GridConfig, OccupancyGrid
 from occmap.living_map import LivingMap
-from occmap.localization.localizer import Estimate, Localizer, OdometryLocalizer
-from occmap.memory import FailedLooks, ReachMemory
+from occmap.localization.localizer import Localizer, OdometryLocalizer
+from occmap.memory import FailedLooks
 from occmap.mobility import Mobility
 from occmap.planner import Planner, PlannerConfig, Wavefront
-from occmap.pursuit import Failure, Pursuit, PursuitConfig
+from occmap.pursuit import Failure, Learning, Pursuit, PursuitConfig
 from occmap.recovery import RecoveryConfig
 from occmap.scan import Observation
 from occmap.sensor_model import SensorModelConfig
@@ -40,10 +42,6 @@ class PaceConfig:
     """It stands still this long at first: a cell takes a few scans to be believed free."""
     reconsider_s: float = 2.0
     """While a goal is good, its rivals are weighed this often."""
-    survey_s: float = 10.0
-    """This often it looks farther around for what is reachable than its next goal requires."""
-    confirm_s: float = 1.0
-    """No goal must turn up for this long before it calls itself done."""
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
@@ -66,12 +64,21 @@ class ExplorerConfig:
     stuck: StuckConfig = field(default_factory=StuckConfig)
     recovery: RecoveryConfig = field(default_factory=RecoveryConfig)
     pace: PaceConfig = field(default_factory=PaceConfig)
+    ending: EndingConfig = field(default_factory=EndingConfig)
 
 
 class Explorer:
     """See, think, act: one `decide` a scan. Knows only what it is handed.
 
-    The map frame is the robot's pose at its first scan.
+    The map frame is the robot's pose at its first scan. Exploration is frontier-based (Yamauchi, A
+    frontier-based approach for autonomous exploration, CIRA 1997): look into an edge of the unknown,
+    until no edge is left that could be looked into.
+
+    It ends in every finite world that comes to rest and that its lidar sees. While it has a goal,
+    within a bounded time either LEARNT_M2 more is known, which a finite world allows finitely often, or
+    the goal is given up (Learning). A place is given up after at most len(look_from_m) looks, and
+    these are forgotten only where the map around it changes (FailedLooks). When no goal is left it
+    stops after confirm_s. Manoeuvres to free it are counted (Mobility).
     """
 
     def __init__(self, config: ExplorerConfig | None = None, localizer: Localizer | None = None) -> None:
@@ -82,8 +89,9 @@ class Explorer:
         self.follower = Follower(config.follower)
         self.looks = FailedLooks()
         self.search = GoalSearch(GoalChooser(config.goals), self.looks)
-        self.reach = ReachMemory()
         self.mobility = Mobility(config.stuck, config.recovery)
+        self.learning = Learning(config.pursuit)
+        self.ending = Ending(config.ending)
         self.status = Status.EXPLORING
         self.pursuit: Pursuit | None = None
         self._unknown_left: tuple[UnknownLeft, ...] = ()
@@ -93,9 +101,7 @@ class Explorer:
         self._goal_switches = 0
         self._begun_s: float | None = None
         self._considered_s = -math.inf
-        self._surveyed_s = -math.inf
-        self._goalless_since_s: float | None = None
-        self._last_seen: Observation | None = None
+        self._last: tuple[Observation, Pose2] | None = None
 
     @property
     def grid(self) -> OccupancyGrid:
@@ -106,10 +112,9 @@ class Explorer:
         """What to do until the next scan, given this one."""
         self._events, self._watch = [], Stopwatch()
         here, seen = self._see(seen)
-        with self._watch.lap("planning"):
-            activity, twist = self._act(seen, here)
+        activity, twist = self._act(seen, here)
         self.mobility.remember(seen, twist)
-        self._last_seen = seen
+        self._last = seen, here
         return self._decision(here, activity, twist)
 
     def _see(self, seen: Observation) -> tuple[Pose2, Observation]:
@@ -117,21 +122,21 @@ class Explorer:
         with self._watch.lap("localization"):
             estimate = self.localizer.update(seen)
         if estimate.grid is not None:
-            self._take_over(estimate.grid, estimate)
+            self._take_over(estimate.grid, estimate.map_shift or Pose2.identity())
         if estimate.scan is not None:
             seen = replace(seen, scan=estimate.scan)
-        if estimate.insert:
-            map_from_lidar = estimate.map_from_robot @ seen.robot_from_lidar
-            self.map.insert(seen.scan, map_from_lidar, self._watch)
-        return estimate.map_from_robot, seen
+        here = estimate.map_from_robot
+        if estimate.insert or not self.map.holds(here):
+            self.map.insert(seen.scan, here @ seen.robot_from_lidar, self._watch)
+        return here, seen
 
-    def _take_over(self, grid: OccupancyGrid, estimate: Estimate) -> None:
-        """The localizer has corrected the past: take its map, and carry over what is remembered."""
+    def _take_over(self, grid: OccupancyGrid, new_map_from_old_map: Pose2) -> None:
+        """The localizer has corrected the past: go on in its map with what is remembered."""
         self.map.replace(grid)
-        self.reach = ReachMemory()
-        if estimate.map_shift is not None:
-            self.looks.carry_over(estimate.map_shift)
-        self.pursuit = None
+        self.ending.carry_over(new_map_from_old_map, grid)
+        self.looks.carry_over(new_map_from_old_map)
+        if self.pursuit is not None:
+            self.pursuit.carry_over(new_map_from_old_map)
         self._events.append("the map was corrected")
 
     def _act(self, seen: Observation, here: Pose2) -> tuple[str, Twist2]:
@@ -159,13 +164,16 @@ class Explorer:
 
     def _recover(self, seen: Observation, here: Pose2) -> Twist2 | None:
         """The twist of a manoeuvre that frees the robot, if it is stuck; the end if none does."""
-        attempts = self.mobility.recovery.attempts
+        attempts = self.mobility.attempts
         manoeuvre = self.mobility.manoeuvre(seen)
         if self.mobility.is_hopeless:
             self._events.append(f"stuck: {attempts} manoeuvres did not free it")
             self._end(Status.STUCK, self._flood(here))
-        elif self.mobility.recovery.attempts > attempts:
+        elif self.mobility.attempts > attempts:
             self._events.append(f"the robot does not move: manoeuvre {attempts + 1}")
+            if self.pursuit is not None and attempts == 0:  # a series counts as one try
+                failure = Failure(Reason.UNSAFE, "the robot got stuck on the way")
+                self._give_up(self.pursuit.goal, failure, seen.time_s)
             self.pursuit = None
         return manoeuvre
 
@@ -177,61 +185,46 @@ class Explorer:
         if self.search.chooser.is_gone(pursuit.goal, self.grid, self.map.frontier_mask):
             self.pursuit = None
             return True
-        if self._is_blocked(pursuit):
-            return True
-        is_due = pursuit.has_strayed or now_s - self._considered_s >= self.config.pace.reconsider_s
-        return is_due and not pursuit.has_arrived
+        if pursuit.has_arrived or pursuit.is_void:
+            return pursuit.is_void
+        is_due = now_s - self._considered_s >= self.config.pace.reconsider_s
+        return is_due or self._is_blocked(pursuit)
 
     def _think(self, seen: Observation, here: Pose2) -> None:
         """Choose a goal and a path to it; if there is none to be had for a while, end."""
         self._considered_s = seen.time_s
         with self._watch.lap("frontiers"):
             frontiers = self.map.find_frontiers()
-        found = self.search.run(
-            frontiers,
-            self.grid,
-            lambda bound_m: self._flood(here, bound_m),
-            seen.scan.max_range_m,
-            widely=self._is_survey_due(seen.time_s),
-        )
-        self.reach.note(found.wave, self.grid)
-        goal = self._prefer(found)
-        if goal is not None:
-            self._goalless_since_s = None
-            self._set_out(goal, found.wave, seen.time_s)
-        else:
-            self._consider_ending(found.wave, seen.time_s)
+        with self._watch.lap("planning"):
+            pursued = self.pursuit.goal if self.pursuit else None
+            flood = partial(self._flood, here)
+            found = self.search.run(
+                frontiers, self.grid, flood, seen.scan.max_range_m, pursued,
+                widely=self.ending.is_survey_due(seen.time_s),
+            )  # fmt: skip
+            self.ending.note(found.best is not None, found.wave, self.grid, seen.time_s)
+            if found.best is None:
+                self.pursuit = None
+                self._end_if_done(found.wave, seen.time_s)
+            else:
+                pursuit = self._set_out(found.best, found.wave, seen.time_s)
+                self.learning.note(self.map.known_m2, pursuit.path.length_m, seen.time_s)
 
-    def _is_survey_due(self, now_s: float) -> bool:
-        """Now and then a flood goes farther than a goal needs it: what is reachable is worth remembering."""
-        if now_s - self._surveyed_s < self.config.pace.survey_s:
-            return False
-        self._surveyed_s = now_s
-        return True
-
-    def _prefer(self, found: Search) -> Goal | None:
-        """The best goal, or the one pursued where the best is not much better."""
-        if found.best is None or self.pursuit is None:
-            return found.best
-        same = self.search.chooser.successor(self.pursuit.goal, found.goals)
-        if same is not None and found.best.utility < same.utility + self.config.goals.hysteresis_m:
-            return same
-        self._goal_switches += 1
-        return found.best
-
-    def _set_out(self, goal: Goal, wave: Wavefront, now_s: float) -> None:
+    def _set_out(self, goal: Goal, wave: Wavefront, now_s: float) -> Pursuit:
         """Pursue a goal; on the path already being driven if it still leads there."""
         pursuit = self.pursuit
         if pursuit is not None and pursuit.leads_to(goal) and not self._is_blocked(pursuit):
             pursuit.goal = goal
-            return
+            return pursuit
         path = wave.path_to(self.grid.frame.cell_at(*goal.viewpoint_in_map))
         assert path is not None, "a viewpoint is a cell that the flood has reached"
         if pursuit is None or pursuit.goal.distance_m(goal) > SAME_GOAL_M:
             self._events.append(str(goal))
+            self._goal_switches += pursuit is not None
         self._replans += 1
         is_tight = path.keep_clear_m < self.config.planner.body_radius_m
         self.pursuit = Pursuit(self.config.pursuit, goal, path, now_s, is_tight)
+        return self.pursuit
 
     def _flood(self, here: Pose2, within_m: float = math.inf) -> Wavefront:
         cell = self.grid.frame.cell_at(here.x_m, here.y_m)
@@ -240,50 +233,51 @@ class Explorer:
     def _is_blocked(self, pursuit: Pursuit) -> bool:
         return self.planner.is_blocked(pursuit.path, self.grid, self.map.clearance_m, pursuit.progress_m)
 
-    def _consider_ending(self, wave: Wavefront, now_s: float) -> None:
-        """No goal: wait a little for one to turn up, then end with the certificate."""
-        self.pursuit = None
-        if self._goalless_since_s is None:
-            self._goalless_since_s = now_s
-        elif now_s - self._goalless_since_s >= self.config.pace.confirm_s:
-            roomy = self.planner.traversable(self.grid, self.map.clearance_m)
-            is_sealed = self.reach.is_cut_off(wave, self.grid, roomy)
-            self._end(Status.SEALED_IN if is_sealed else Status.COMPLETE, wave)
+    def _end_if_done(self, wave: Wavefront, now_s: float) -> None:
+        roomy = self.planner.traversable(self.grid, self.map.clearance_m)
+        status = self.ending.status(wave, self.grid, roomy, now_s)
+        if status is not Status.EXPLORING:
+            self._end(status, wave)
 
     def _end(self, status: Status, wave: Wavefront) -> None:
         self.status = status
         self.pursuit = None
-        body_radius_m = self.config.planner.body_radius_m
-        self._unknown_left = certify(
-            self.map.frontiers, self.grid, wave, self.looks, self.config.goals, body_radius_m
-        )
+        self._unknown_left = self._certified(wave)
         self._events.append(f"{status.value}: {len(self._unknown_left)} frontiers left unseen")
+
+    def certificate(self) -> tuple[UnknownLeft, ...]:
+        """Each frontier that remains, and why; can be asked for at any time, also before the end."""
+        if self.status is not Status.EXPLORING or self._last is None:
+            return self._unknown_left
+        _, here = self._last
+        return self._certified(self._flood(here))
+
+    def _certified(self, wave: Wavefront) -> tuple[UnknownLeft, ...]:
+        frontiers, c = self.map.find_frontiers(), self.config
+        unvisited: list[Frontier] = []
+        if self.status in (Status.EXPLORING, Status.STUCK) and self._last is not None:
+            max_range_m = self._last[0].scan.max_range_m
+            unvisited = self.search.unvisited(frontiers, self.grid, wave, max_range_m)
+        return certify(frontiers, self.grid, wave, self.looks, c.goals, c.planner.body_radius_m, unvisited)
 
     def _pursue(self, pursuit: Pursuit, seen: Observation, here: Pose2) -> tuple[str, Twist2]:
         """Drive on, or look if there; give the goal up if that leads nowhere."""
-        steering = self.follower.follow(
-            pursuit.path, here, self._twist_of(seen), seen.scan, seen.robot_from_lidar,
-            self.grid, self.map.clearance_m,
-        )  # fmt: skip
+        with self._watch.lap("planning"):
+            steering = self.follower.follow(
+                pursuit.path, here, self.mobility.measured_twist(seen), seen.scan, seen.robot_from_lidar,
+                self.grid, self.map.clearance_m,
+            )  # fmt: skip
         twist = pursuit.advance(steering, seen.time_s)
-        failure = pursuit.failure(here, seen.time_s)
+        failure = pursuit.failure(here, seen.time_s) or self.learning.failure(seen.time_s)
         if failure is not None:
-            self._give_up(pursuit.goal, failure)
+            self._give_up(pursuit.goal, failure, seen.time_s)
         return "looking" if pursuit.has_arrived else "exploring", twist
 
-    def _give_up(self, goal: Goal, failure: Failure) -> None:
-        self.looks.note(goal.frontier, failure.reason, failure.why, self.grid)
+    def _give_up(self, goal: Goal, failure: Failure, now_s: float) -> None:
+        self.looks.note(goal, failure.reason, failure.why, self.grid)
+        self.learning.begin(now_s)
         self._events.append(f"gave up {goal}: {failure.why}")
         self.pursuit = None
-
-    def _twist_of(self, seen: Observation) -> Twist2:
-        """The robot's own motion, as its odometry has it since the last scan."""
-        last = self._last_seen
-        if last is None or seen.time_s <= last.time_s:
-            return Twist2.zero()
-        moved = last.odom_from_robot.inverse() @ seen.odom_from_robot
-        dt_s = seen.time_s - last.time_s
-        return Twist2(moved.x_m / dt_s, moved.yaw_rad / dt_s)
 
     def _decision(self, here: Pose2, activity: str, twist: Twist2) -> Decision:
         pursuit = self.pursuit

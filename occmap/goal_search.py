@@ -29,7 +29,7 @@ NEAR_M = 5.0
 
 @dataclass(frozen=True)
 class Search:
-    """What a search found: the goal worth most, if any, all its rivals, and the flood that reached them."""
+    """What a search found: the goal to pursue, if any, all its rivals, and the flood that reached them."""
 
     best: Goal | None
     goals: tuple[Goal, ...]
@@ -49,22 +49,44 @@ class GoalSearch:
         grid: OccupancyGrid,
         flood: Flood,
         max_range_m: float,
+        pursued: Goal | None = None,
         *,
         widely: bool = False,
     ) -> Search:
-        """The best goal, or a Search without one over a flood of all that can be reached.
+        """The goal worth most, or the one pursued where that is not much better.
 
-        The flood covers no more than it must, or, if `widely`, at least the last of BOUNDS_M.
+        The flood covers no more than it must, or, if `widely`, at least the last of BOUNDS_M. A Search
+        without a goal is over a flood of all that can be reached.
         """
         worth_a_look = list(self._worth_a_look(frontiers, grid))
-        goals, wave = self._widening(worth_a_look, grid, flood, BOUNDS_M[-1:] if widely else BOUNDS_M)
+        bounds_m = BOUNDS_M[-1:] if widely else BOUNDS_M
+        goals, wave = self._widening(worth_a_look, grid, flood, bounds_m, pursued)
+        if not goals:
+            goals = self._from_afar(worth_a_look, grid, wave, max_range_m)
+        if not goals:
+            goals = self._nooks(grid, wave, max_range_m)
+        return Search(self._prefer(goals, pursued), tuple(goals), wave)
+
+    def unvisited(
+        self, frontiers: Sequence[Frontier], grid: OccupancyGrid, wave: Wavefront, max_range_m: float
+    ) -> list[Frontier]:
+        """Those that could still be looked into, given a flood of all that can be reached."""
+        worth_a_look = list(self._worth_a_look(frontiers, grid))
+        return [
+            frontier
+            for frontier, failed in worth_a_look
+            if self._first_look(frontier, self.chooser.looks[failed:], grid, wave) is not None
+            or self._from_afar([(frontier, failed)], grid, wave, max_range_m)
+        ]
+
+    def _prefer(self, goals: Sequence[Goal], pursued: Goal | None) -> Goal | None:
+        """The best goal, but for hysteresis."""
         best = best_of(goals)
-        if best is None:
-            goals = self._from_afar(worth_a_look, grid, wave, max_range_m) or self._nooks(
-                grid, wave, max_range_m
-            )
-            best = best_of(goals)
-        return Search(best, tuple(goals), wave)
+        if best is None or pursued is None:
+            return best
+        same = self.chooser.successor(pursued, goals)
+        is_much_better = same is None or best.utility >= same.utility + self.chooser.config.hysteresis_m
+        return best if is_much_better else same
 
     def _widening(
         self,
@@ -72,14 +94,24 @@ class GoalSearch:
         grid: OccupancyGrid,
         flood: Flood,
         bounds_m: Sequence[float],
+        pursued: Goal | None,
     ) -> tuple[list[Goal], Wavefront]:
         """Goals seen from near, and the flood that reached them: as narrow a one as proves the best."""
         for bound_m in (*bounds_m, math.inf):
             wave = flood(bound_m)
             goals = self._from_near(_within(frontiers, grid, wave, bound_m + NEAR_M), grid, wave)
-            if wave.is_exhausted or not self.chooser.may_be_beaten_beyond(bound_m, best_of(goals)):
+            if wave.is_exhausted or not self._may_widening_help(bound_m, goals, pursued):
                 return goals, wave
         raise AssertionError("a flood without bound is exhausted")
+
+    def _may_widening_help(self, bound_m: float, goals: Sequence[Goal], pursued: Goal | None) -> bool:
+        """Whether beyond the bound may lie what is better, or the pursued goal and hardly worse."""
+        best = best_of(goals)
+        if best is None:
+            return True
+        is_missing = pursued is not None and self.chooser.successor(pursued, goals) is None
+        slack_m = self.chooser.config.hysteresis_m if is_missing else 0.0
+        return self.chooser.may_be_beaten_beyond(bound_m, best.utility - slack_m)
 
     def _worth_a_look(
         self, frontiers: Sequence[Frontier], grid: OccupancyGrid
@@ -117,7 +149,7 @@ class GoalSearch:
         looks: Sequence[tuple[float, float]],
         grid: OccupancyGrid,
         wave: Wavefront,
-        within_m: float,
+        within_m: float = math.inf,
     ) -> Goal | None:
         """The first of some looks (from_m, into_m) that there is a place for."""
         for from_m, into_m in looks:

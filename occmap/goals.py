@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from occmap.frontiers import Frontier
-from occmap.geometry import Points
+from occmap.geometry import Points, Pose2
 from occmap.grid import OccupancyGrid
 
 if TYPE_CHECKING:
@@ -57,12 +57,15 @@ class GoalConfig:
     def __post_init__(self) -> None:
         if self.strategy not in ("nearest", "utility"):
             raise ValueError(f"strategy must be nearest or utility, got {self.strategy!r}")
+        if self.gain not in ("raycast", "size"):
+            raise ValueError(f"gain must be raycast or size, got {self.gain!r}")
         if not (math.isfinite(self.lambda_m_per_m2) and self.lambda_m_per_m2 >= 0.0):
             raise ValueError(f"lambda must not be negative, got {self.lambda_m_per_m2}")
         for name in ("gain_range_m", "min_frontier_m", "min_nook_m", "hysteresis_m"):
             if not (math.isfinite(getattr(self, name)) and getattr(self, name) >= 0.0):
                 raise ValueError(f"{name} must not be negative, got {getattr(self, name)}")
-        if not self.look_from_m or min(*self.look_from_m, *self.look_into_m) <= 0.0:
+        looks_m = (*self.look_from_m, *self.look_into_m)
+        if not looks_m or not all(math.isfinite(value) and value > 0.0 for value in looks_m):
             raise ValueError(f"looks need positive distances, got {self.look_from_m} and {self.look_into_m}")
         if len(self.look_from_m) != len(self.look_into_m):
             raise ValueError(
@@ -70,7 +73,7 @@ class GoalConfig:
             )
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Goal:
     """A frontier to look into, from a place where the body can stand."""
 
@@ -90,6 +93,17 @@ class Goal:
         """Between the centroids of the two frontiers."""
         (x, y), (other_x, other_y) = self.frontier.centroid_in_map, other.frontier.centroid_in_map
         return math.hypot(x - other_x, y - other_y)
+
+    def carried(self, new_map_from_old_map: Pose2) -> Goal:
+        """The same goal after a correction of the map."""
+        old = np.array([self.viewpoint_in_map, self.frontier.centroid_in_map])
+        viewpoint, centroid = ((float(x), float(y)) for x, y in new_map_from_old_map.apply(old))
+        return replace(
+            self,
+            viewpoint_in_map=viewpoint,
+            frontier=replace(self.frontier, viewpoint=viewpoint, centroid_in_map=centroid),
+            watched_in_map=new_map_from_old_map.apply(self.watched_in_map),
+        )
 
     def __str__(self) -> str:
         gain = "" if math.isnan(self.gain_m2) else f"gain {self.gain_m2:.2f} m², "
@@ -200,14 +214,12 @@ class GoalChooser:
             return math.inf
         return best.cost_m + self.config.hysteresis_m
 
-    def may_be_beaten_beyond(self, bound_m: float, best: Goal | None) -> bool:
-        """Whether a goal that costs more than bound_m could be worth more than the best so far."""
-        if best is None:
-            return True
+    def may_be_beaten_beyond(self, bound_m: float, utility_m: float) -> bool:
+        """Whether a goal that costs more than bound_m could be worth more than this."""
         if self.config.strategy == "nearest":
-            return best.cost_m > bound_m
-        most = math.pi * self.config.gain_range_m**2
-        return utility(most, bound_m, self.config.lambda_m_per_m2) > best.utility
+            return -bound_m > utility_m
+        most_m2 = math.pi * self.config.gain_range_m**2
+        return utility(most_m2, bound_m, self.config.lambda_m_per_m2) > utility_m
 
     def is_gone(self, goal: Goal, grid: OccupancyGrid, frontier_mask: np.ndarray) -> bool:
         """True once next to nothing of the goal's frontier is left within 0.3 m of where it was."""

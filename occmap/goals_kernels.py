@@ -17,7 +17,8 @@ OCCUPIED = np.uint8(Belief.OCCUPIED)
 def sees(state, x0, y0, x1, y1, most_unknown):
     """True if the line between two cells (Bresenham) meets nothing occupied and little unknown. O(distance).
 
-    A line along the edge of a shadow runs through the unknown for long: it is no look into it.
+    A line along the edge of a shadow runs through the unknown for long: it is no look into it. Nor
+    does a look go between two occupied cells that touch at a corner.
     """
     dx, dy = abs(x1 - x0), abs(y1 - y0)
     sx = 1 if x0 < x1 else -1
@@ -27,12 +28,15 @@ def sees(state, x0, y0, x1, y1, most_unknown):
     unknown = 0
     while x != x1 or y != y1:
         doubled = 2 * error
+        was_x, was_y = x, y
         if doubled > -dy:
             error -= dy
             x += sx
         if doubled < dx:
             error += dx
             y += sy
+        if state[was_y, x] == OCCUPIED and state[y, was_x] == OCCUPIED:
+            return False
         if state[y, x] == OCCUPIED:
             return False
         if state[y, x] == UNKNOWN:

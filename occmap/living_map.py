@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from occmap.clearance import ClearanceConfig, ClearanceMap
 from occmap.frontiers import Frontier, FrontierConfig, FrontierMap
 from occmap.geometry import Pose2
-from occmap.grid import GridConfig, OccupancyGrid
+from occmap.grid import Belief, GridConfig, OccupancyGrid
 from occmap.mapper import GridChange, Mapper
 from occmap.scan import Scan
 from occmap.sensor_model import SensorModelConfig
@@ -59,6 +59,15 @@ class LivingMap:
         self._clearance.update(grid, everything)
         self._edges.update(grid, everything)
         self.find_frontiers()
+
+    @property
+    def known_m2(self) -> float:
+        """How much of the map is free or occupied. Costs the whole map."""
+        return float(np.count_nonzero(self.grid.state != Belief.UNKNOWN)) * self.grid.frame.resolution_m**2
+
+    def holds(self, place: Pose2) -> bool:
+        """Whether the grid reaches to where somebody is."""
+        return self.grid.contains(*self.grid.frame.cell_at(*place.position))
 
     def find_frontiers(self) -> list[Frontier]:
         """The frontiers of this moment."""

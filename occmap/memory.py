@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,25 +12,15 @@ from scipy import ndimage
 
 from occmap.decision import Reason
 from occmap.geometry import Points, Pose2
-from occmap.grid import Belief, OccupancyGrid, moved
+from occmap.grid import Belief, GridFrame, OccupancyGrid, moved
 
 if TYPE_CHECKING:
     from occmap.frontiers import Frontier
+    from occmap.goals import Goal
     from occmap.planner import Wavefront
 
-
-@dataclass(frozen=True, slots=True)
-class FailedLook:
-    """A frontier that was looked at, or driven to, in vain."""
-
-    in_map: tuple[float, float]
-    reason: Reason
-    why: str
-    known_cells: int  # within SURROUNDINGS_M of it at the time
-
-
 SAME_PLACE_M = 0.5
-"""Frontiers whose centroids are nearer to each other are taken for one."""
+"""Frontiers whose middles are nearer to each other are taken for one, if there is no wall between."""
 SURROUNDINGS_M = 1.0
 """A look depends on what is known within a square that reaches this far from the frontier."""
 CHANGED_SHARE = 0.1
@@ -39,37 +29,64 @@ CUT_OFF_M2 = 0.5
 """Losing more than this in one piece of what was once reachable means being sealed in."""
 
 
+@dataclass(frozen=True, slots=True)
+class FailedLook:
+    """A frontier that was looked at, or driven to, in vain."""
+
+    in_map: tuple[float, float]  # the middle of the frontier, on it
+    reason: Reason
+    why: str
+    known_cells: int  # within SURROUNDINGS_M of it at the time
+
+
 class FailedLooks:
     """Frontiers looked at in vain; forgotten where the map around them has changed since."""
 
     def __init__(self) -> None:
-        self._looks: list[FailedLook] = []
+        from occmap import goals_kernels  # compiled on first use, not on import
 
-    def note(self, frontier: Frontier, reason: Reason, why: str, grid: OccupancyGrid) -> None:
-        place = frontier.centroid_in_map
+        self._looks: list[FailedLook] = []
+        self._kernels = goals_kernels
+
+    def note(self, goal: Goal, reason: Reason, why: str, grid: OccupancyGrid) -> None:
+        """Remember a look in vain."""
+        place = _middle(goal.watched_in_map)
         self._looks.append(FailedLook(place, reason, why, _known_around(place, grid)))
 
     def at(self, frontier: Frontier, grid: OccupancyGrid) -> list[FailedLook]:
         """The looks that failed here and still count, oldest first."""
-        x, y = frontier.centroid_in_map
-        near = [k for k in self._looks if math.hypot(k.in_map[0] - x, k.in_map[1] - y) < SAME_PLACE_M]
-        return [k for k in near if not self._is_outdated(k, grid)]
-
-    def _is_outdated(self, look: FailedLook, grid: OccupancyGrid) -> bool:
-        changed = abs(_known_around(look.in_map, grid) - look.known_cells)
-        return changed > CHANGED_SHARE * (2.0 * SURROUNDINGS_M / grid.frame.resolution_m) ** 2
+        place = _middle(grid.frame.map_from_cell(frontier.cells))
+        near = [look for look in self._looks if math.dist(look.in_map, place) < SAME_PLACE_M]
+        return [
+            look
+            for look in near
+            if self._are_joined(look.in_map, place, grid) and not _is_outdated(look, grid)
+        ]
 
     def carry_over(self, new_map_from_old_map: Pose2) -> None:
         """Follow a correction of the map."""
         self._looks = [
-            FailedLook(_carried(k.in_map, new_map_from_old_map), k.reason, k.why, k.known_cells)
-            for k in self._looks
+            replace(look, in_map=_middle(new_map_from_old_map.apply(np.array([look.in_map]))))
+            for look in self._looks
         ]
 
+    def _are_joined(self, a: tuple[float, float], b: tuple[float, float], grid: OccupancyGrid) -> bool:
+        """Whether no wall is between: what is behind it is another frontier."""
+        cell = grid.frame.cell_at(*a)
+        if not grid.contains(*cell):
+            return False
+        return self._kernels.sees(grid.state, *grid.frame.cell_at(*b), *cell, grid.state.size)
 
-def _carried(place: tuple[float, float], new_from_old: Pose2) -> tuple[float, float]:
-    points: Points = new_from_old.apply(np.array([place]))
-    return float(points[0, 0]), float(points[0, 1])
+
+def _middle(places: Points) -> tuple[float, float]:
+    """The one of (n, 2) places that is nearest to their centroid."""
+    x, y = places[np.argmin(((places - places.mean(axis=0)) ** 2).sum(axis=1))]
+    return float(x), float(y)
+
+
+def _is_outdated(look: FailedLook, grid: OccupancyGrid) -> bool:
+    changed = abs(_known_around(look.in_map, grid) - look.known_cells)
+    return changed > CHANGED_SHARE * (2.0 * SURROUNDINGS_M / grid.frame.resolution_m) ** 2
 
 
 def _known_around(place: tuple[float, float], grid: OccupancyGrid) -> int:
@@ -92,7 +109,7 @@ class ReachMemory:
         self._reached.ravel()[wave.reached_cells()] = 1
 
     def is_cut_off(self, wave: Wavefront, grid: OccupancyGrid, roomy: NDArray[np.bool_]) -> bool:
-        """Whether a piece of floor once reached, still free and roomy, is shut off from all that a flood reaches.
+        """Whether a piece of floor once reached, still free and roomy, is shut off from what a flood reaches.
 
         Roomy: with space for the body, (ny, nx). Cells along walls come and go with noise. Shut off: no
         free cells lead there at all; a gap that turned out too narrow for the body has not been closed.
@@ -105,6 +122,18 @@ class ReachMemory:
         pieces[(self._reached == 0) | ~roomy] = 0
         largest = np.bincount(pieces.ravel())[1:].max(initial=0)
         return float(largest) * grid.frame.resolution_m**2 > CUT_OFF_M2
+
+    def carry_over(self, new_map_from_old_map: Pose2, grid: OccupancyGrid) -> None:
+        """Follow a correction of the map onto another grid of the same resolution."""
+        r = grid.frame.resolution_m
+        old_frame = GridFrame(r, (self._offset[0] * r, self._offset[1] * r))
+        iy, ix = np.nonzero(self._reached)
+        places = new_map_from_old_map.apply(old_frame.map_from_cell(np.column_stack((ix, iy))))
+        x, y = grid.frame.cell_from_map(places).T
+        inside = (x >= 0) & (y >= 0) & (x < grid.shape[1]) & (y < grid.shape[0])
+        self._reached = np.zeros(grid.shape, np.uint8)
+        self._reached[y[inside], x[inside]] = 1
+        self._offset = grid.offset
 
     def _align(self, grid: OccupancyGrid) -> None:
         if self._offset != grid.offset or self._reached.shape != grid.shape:

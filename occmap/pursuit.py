@@ -17,6 +17,8 @@ STRAYED_M = 0.4
 """Farther beside its path the robot plans anew."""
 NEARER_M = 0.05
 """Less of a gain on the goal is none."""
+LEARNT_M2 = 0.25
+"""Less that has become known is noise."""
 
 
 @dataclass(frozen=True)
@@ -31,11 +33,18 @@ class PursuitConfig:
     """Something in the scan that bars the way for this long makes a goal unsafe."""
     patience_s: float = 10.0
     """A goal that comes no nearer for this long is given up."""
+    fruitless_s: float = 60.0
+    """Nothing new learnt for so long, besides the time to drive the longest way meanwhile: the goal of
+    the moment is given up, however often it was replaced or planned to anew."""
+    slowest_mps: float = 0.25
+    """What counts as that time: ways lead through gaps and round bends."""
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
             if not (math.isfinite(value) and value >= 0.0):
                 raise ValueError(f"{name} must not be negative, got {value}")
+        if self.slowest_mps == 0.0:
+            raise ValueError("slowest_mps must be positive, got 0.0")
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,11 +62,12 @@ class Pursuit:
         self, config: PursuitConfig, goal: Goal, path: Path, now_s: float, is_tight: bool = False
     ) -> None:
         self.config = config
-        self.is_tight = is_tight  # the path leads through a gap that may be too narrow
         self.goal = goal
         self.path = path
+        self.is_tight = is_tight  # the path leads through a gap that may be too narrow
         self.progress_m = 0.0  # along the path
-        self.has_strayed = False
+        self.is_void = False
+        """The robot is not where the path is: another is needed."""
         self._to_go_m = math.inf  # at best so far
         self._nearer_s = now_s  # when that last shrank
         self._arrived_s: float | None = None
@@ -68,13 +78,18 @@ class Pursuit:
         return self._arrived_s is not None
 
     def leads_to(self, goal: Goal) -> bool:
-        """Whether the path ends where a goal wants to be looked at from."""
-        return math.dist(self.path.goal, goal.viewpoint_in_map) < SAME_VIEWPOINT_M
+        """Whether the path still leads to where a goal wants to be looked at from."""
+        return not self.is_void and math.dist(self.path.goal, goal.viewpoint_in_map) < SAME_VIEWPOINT_M
+
+    def carry_over(self, new_map_from_old_map: Pose2) -> None:
+        """Follow a correction of the map: the goal does, the path is to be planned anew."""
+        self.goal = self.goal.carried(new_map_from_old_map)
+        self.is_void = True
 
     def advance(self, steering: Steering, now_s: float) -> Twist2:
         """Take in where the robot is on its path: the twist to drive on with, or to look around with."""
         self.progress_m = steering.progress_m
-        self.has_strayed = steering.off_path_m > STRAYED_M
+        self.is_void = steering.off_path_m > STRAYED_M
         self._held_up_s = steering.held_up_s
         to_go_m = self.path.length_m - steering.progress_m
         if to_go_m < self._to_go_m - NEARER_M:
@@ -99,3 +114,31 @@ class Pursuit:
     def _obstacle(self) -> Reason:
         """What holds the robot up: a gap that only looked passable on the grid, or something else."""
         return Reason.TOO_NARROW if self.is_tight else Reason.UNSAFE
+
+
+class Learning:
+    """How long the robot has been on its way without learning anything, over all its goals."""
+
+    def __init__(self, config: PursuitConfig) -> None:
+        self.config = config
+        self._known_m2 = 0.0
+        self._since_s = 0.0
+        self._longest_m = 0.0
+
+    def note(self, known_m2: float, way_m: float, now_s: float) -> None:
+        """Take in how much of the map is known, and the length of the way just chosen."""
+        if known_m2 >= self._known_m2 + LEARNT_M2:
+            self._known_m2 = known_m2
+            self.begin(now_s)
+        self._longest_m = max(self._longest_m, way_m)
+
+    def begin(self, now_s: float) -> None:
+        """Start counting afresh."""
+        self._since_s, self._longest_m = now_s, 0.0
+
+    def failure(self, now_s: float) -> Failure | None:
+        """What is wrong, if it has been too long."""
+        fruitless_s = now_s - self._since_s
+        if fruitless_s <= self.config.fruitless_s + self._longest_m / self.config.slowest_mps:
+            return None
+        return Failure(Reason.GAVE_UP, f"nothing new was learnt in {fruitless_s:.0f} s of trying")

@@ -8,7 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from occmap.geometry import Twist2
-from occmap.scan import Scan
+from occmap.scan import Observation
+
+CONE_RAD = math.radians(30.0)
+"""What lies within this of straight ahead, or straight behind, is in the way."""
 
 
 @dataclass(frozen=True)
@@ -18,15 +21,28 @@ class RecoveryConfig:
     attempts: int = 6
     """Manoeuvres tried, each a little longer than the last, before giving up."""
     speed_mps: float = 0.15
+    """Slow: whatever holds the robot may be let go at once."""
     turn_radps: float = 0.8
+    """Fast enough to tear a wheel off a threshold."""
     leg_s: float = 1.5
     """Duration of each leg of the first manoeuvre."""
     room_m: float = 0.28
-    """The robot backs (or goes ahead) only where the lidar sees this much room from its centre."""
+    """The robot backs (or goes ahead) only while the lidar sees this much room from its centre."""
+    forgive_after_s: float = 15.0
+    """A robot that has driven freely for this long starts counting its attempts afresh."""
 
     def __post_init__(self) -> None:
         if self.attempts < 1:
             raise ValueError(f"attempts must be at least 1, got {self.attempts}")
+        for name in ("speed_mps", "turn_radps", "leg_s", "room_m", "forgive_after_s"):
+            if not (math.isfinite(getattr(self, name)) and getattr(self, name) > 0.0):
+                raise ValueError(f"{name} must be positive, got {getattr(self, name)}")
+
+
+@dataclass(frozen=True, slots=True)
+class _Leg:
+    until_s: float
+    twist: Twist2
 
 
 class Recovery:
@@ -35,40 +51,43 @@ class Recovery:
     def __init__(self, config: RecoveryConfig | None = None) -> None:
         self.config = config or RecoveryConfig()
         self.attempts = 0
-        self._legs: list[tuple[float, Twist2]] = []  # (ends at s, what to do)
+        self._legs: tuple[_Leg, ...] = ()
 
     @property
     def is_exhausted(self) -> bool:
         return self.attempts >= self.config.attempts
 
-    def begin(self, now_s: float, commanded: Twist2, scan: Scan) -> None:
+    def begin(self, seen: Observation, commanded: Twist2) -> None:
         """Plan the next manoeuvre, given what was commanded when nothing moved."""
+        c, now_s = self.config, seen.time_s
         self.attempts += 1
-        leg_s = self.config.leg_s * (1.0 + 0.5 * (self.attempts // 2))
+        leg_s = c.leg_s * (1.0 + 0.5 * (self.attempts // 2))
         away = -1.0 if commanded.linear_mps >= 0.0 else 1.0
-        if _room_m(scan, 0.0 if away > 0.0 else math.pi) < self.config.room_m:
-            away = 0.0
         side = 1.0 if self.attempts % 2 else -1.0
-        self._legs = [
-            (now_s + leg_s, Twist2(away * self.config.speed_mps, 0.0)),
-            (now_s + 2.0 * leg_s, Twist2(0.0, side * self.config.turn_radps)),
-        ]
+        self._legs = (
+            _Leg(now_s + leg_s, Twist2(away * c.speed_mps, 0.0)),
+            _Leg(now_s + 2.0 * leg_s, Twist2(0.0, side * c.turn_radps)),
+        )
 
-    def twist(self, now_s: float) -> Twist2 | None:
-        """The manoeuvre's command at this time, None when it is over."""
-        for ends_s, twist in self._legs:
-            if now_s < ends_s - 1e-6:
-                return twist
+    def is_under_way(self, now_s: float) -> bool:
+        return any(now_s < leg.until_s - 1e-6 for leg in self._legs)
+
+    def twist(self, seen: Observation) -> Twist2 | None:
+        """The manoeuvre's command at this moment, None when it is over. Driving ends where room does."""
+        for leg in self._legs:
+            if seen.time_s < leg.until_s - 1e-6 and self._has_room(seen, leg.twist.linear_mps):
+                return leg.twist
         return None
 
-    def succeed(self) -> None:
-        """The robot moves again."""
+    def forgive(self) -> None:
+        """The robot moves again: what it took is forgotten."""
         self.attempts = 0
-        self._legs = []
 
-
-def _room_m(scan: Scan, bearing_rad: float) -> float:
-    """Nearest return within 30 degrees of a bearing, inf if there is none."""
-    off = np.abs((scan.bearings_rad - bearing_rad + math.pi) % (2.0 * math.pi) - math.pi)
-    near = scan.ranges_m[(off < math.radians(30.0)) & scan.is_hit]
-    return float(near.min()) if len(near) else math.inf
+    def _has_room(self, seen: Observation, speed_mps: float) -> bool:
+        """Whether the lidar sees enough room that way; a turn needs none, the body is round."""
+        if speed_mps == 0.0:
+            return True
+        hits = seen.robot_from_lidar.apply(seen.scan.hits_in_lidar())
+        off_rad = np.abs(np.arctan2(hits[:, 1], math.copysign(1.0, speed_mps) * hits[:, 0]))
+        in_the_way = hits[off_rad < CONE_RAD]
+        return bool(np.hypot(*in_the_way.T).min(initial=math.inf) >= self.config.room_m)

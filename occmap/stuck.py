@@ -34,8 +34,9 @@ class StuckConfig:
     """Share of beams unchanged from which on two scans are the same view."""
 
     def __post_init__(self) -> None:
-        if not self.window_s > 0.0:
-            raise ValueError(f"window_s must be positive, got {self.window_s}")
+        for name, value in vars(self).items():
+            if not (math.isfinite(value) and value > 0.0):
+                raise ValueError(f"{name} must be positive, got {value}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,6 +84,8 @@ class StuckDetector:
             and abs(moved.yaw_rad) < self.config.slipped_rad
         ):
             return False
+        if _is_a_jump(moved, commanded_m, commanded_rad):
+            return False
         return self._view_stayed(start.scan, seen, moved)
 
     def _commanded(self, now_s: float) -> tuple[float, float]:
@@ -120,6 +123,12 @@ class StuckDetector:
             return 0.0  # a featureless place says nothing about motion
         before, after = before[both], after[both]
         return float(np.mean(np.abs(after - before) < self.config.same_range_m + 0.015 * before))
+
+
+def _is_a_jump(moved: Pose2, commanded_m: float, commanded_rad: float) -> bool:
+    """Odometry that has moved far more than was commanded was set anew: it says nothing about the wheels."""
+    far = math.hypot(moved.x_m, moved.y_m) > 2.0 * commanded_m + 0.2
+    return far or abs(moved.yaw_rad) > 2.0 * commanded_rad + 0.4
 
 
 def _ranges_after(scan: Scan, old_from_new: Pose2) -> np.ndarray:

@@ -1,0 +1,69 @@
+"""When exploration is over: no goal is left, and none turns up for a while."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from occmap.decision import Status
+from occmap.geometry import Pose2
+from occmap.grid import OccupancyGrid
+from occmap.memory import ReachMemory
+
+if TYPE_CHECKING:
+    from occmap.planner import Wavefront
+
+
+@dataclass(frozen=True)
+class EndingConfig:
+    """How sure the robot is before it calls itself done."""
+
+    confirm_s: float = 1.0
+    """No goal must turn up for this long."""
+    survey_s: float = 10.0
+    """This often a flood goes farther than the next goal requires: what is in reach is worth remembering."""
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if not (math.isfinite(value) and value >= 0.0):
+                raise ValueError(f"{name} must not be negative, got {value}")
+
+
+class Ending:
+    """Remembers since when there has been no goal, and where the robot once could go."""
+
+    def __init__(self, config: EndingConfig) -> None:
+        self.config = config
+        self._reach = ReachMemory()
+        self._goalless_since_s: float | None = None
+        self._surveyed_s = -math.inf
+
+    def carry_over(self, new_map_from_old_map: Pose2, grid: OccupancyGrid) -> None:
+        """Follow a correction of the map onto another grid."""
+        self._reach.carry_over(new_map_from_old_map, grid)
+
+    def is_survey_due(self, now_s: float) -> bool:
+        """Whether to look farther around this time; asking starts the next interval."""
+        is_due = now_s - self._surveyed_s >= self.config.survey_s
+        if is_due:
+            self._surveyed_s = now_s
+        return is_due
+
+    def note(self, has_goal: bool, wave: Wavefront, grid: OccupancyGrid, now_s: float) -> None:
+        """Take in what a search has found, and the flood it has made."""
+        self._reach.note(wave, grid)
+        if has_goal:
+            self._goalless_since_s = None
+        elif self._goalless_since_s is None:
+            self._goalless_since_s = now_s
+
+    def status(self, wave: Wavefront, grid: OccupancyGrid, roomy: NDArray[np.bool_], now_s: float) -> Status:
+        """The end, if it has come; given a flood of all in reach, and where there is space for the body."""
+        since_s = self._goalless_since_s
+        if since_s is None or now_s - since_s < self.config.confirm_s:
+            return Status.EXPLORING
+        return Status.SEALED_IN if self._reach.is_cut_off(wave, grid, roomy) else Status.COMPLETE

@@ -1,0 +1,93 @@
+"""Every frontier that remains has its reason: each in a small world made for it."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from occmap.certificate import certify
+from occmap.decision import Reason
+from occmap.goals import GoalConfig
+from occmap.memory import FailedLooks
+from tests.occmap.goal_scenes import Scene, goal_at
+
+BODY_RADIUS_M = 0.17
+
+
+def certificate(scene, looks=None, unvisited=()):
+    return certify(
+        scene.frontiers,
+        scene.grid,
+        scene.flood(),
+        looks or FailedLooks(),
+        GoalConfig(min_frontier_m=0.3),
+        BODY_RADIUS_M,
+        unvisited,
+    )
+
+
+OPEN_ROOM = """##########
+               #.....????
+               #.....????
+               #.....????
+               ##########"""
+
+
+def test_speck():
+    (left,) = certificate(
+        Scene("""#######
+                 #.....#
+                 #....?#
+                 #.....#
+                 #######""", resolution_m=0.05)
+    )  # fmt: skip
+    assert left.reason is Reason.SPECK
+    assert left.why == "0.15 m long, shorter than the 0.30 m worth a look"
+
+
+def test_sealed():
+    """Floor seen through glass: free, and no free cell leads to it."""
+    scene = Scene("""############
+                     #....#...???
+                     #....#...???
+                     #....#...???
+                     ############""")
+    (left,) = certificate(scene)
+    assert (left.reason, left.size_m) == (Reason.SEALED, pytest.approx(0.75))
+    assert left.in_map == scene.frontiers[0].centroid_in_map
+
+
+def test_too_narrow():
+    """Free cells lead through the slot, but the body stays 0.26 m from its sides."""
+    row = "#" + 20 * "." + "{}" + 20 * "." + 8 * "?"
+    rows = [row.format("." if y == 10 else "#") for y in range(21)]
+    scene = Scene("\n".join([50 * "#", *rows, 50 * "#"]), (10, 10), resolution_m=0.05, body=None)
+    (left,) = certificate(scene)
+    assert left.reason is Reason.TOO_NARROW
+    assert re.fullmatch(r"a body 0.34 m wide comes no nearer than \d.\d\d m and sees no .* there", left.why)
+
+
+@pytest.mark.parametrize("reason", [Reason.GAVE_UP, Reason.UNSAFE])
+def test_gave_up_and_unsafe_as_the_last_try_ended(reason):
+    scene, looks = Scene(OPEN_ROOM), FailedLooks()
+    place = scene.frontiers[0].centroid_in_map
+    looks.note(goal_at(*place), Reason.GAVE_UP, "saw nothing", scene.grid)
+    looks.note(goal_at(*place), reason, "once more", scene.grid)
+    (left,) = certificate(scene, looks)
+    assert (left.reason, left.why) == (reason, "2 tries: once more")
+
+
+def test_unvisited_where_the_run_ended_first():
+    scene = Scene(OPEN_ROOM)
+    (left,) = certificate(scene, unvisited=scene.frontiers)
+    assert left.reason is Reason.UNVISITED
+
+
+def test_every_frontier_is_in_it_once():
+    scene = Scene("""############
+                     ?....#...???
+                     ?....#...???
+                     ?..........?
+                     ############""")
+    assert [left.in_map for left in certificate(scene)] == [f.centroid_in_map for f in scene.frontiers]

@@ -1,0 +1,196 @@
+"""The search for the next goal: nearest by the way there, with hysteresis, and nothing overlooked."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from occmap.decision import Reason
+from occmap.goal_search import GoalSearch
+from occmap.goals import GoalConfig
+from occmap.memory import FailedLooks
+from tests.occmap.goal_scenes import Scene
+
+MAX_RANGE_M = 12.0
+
+
+class Searching(Scene):
+    """A scene with a search in it, which counts its floods."""
+
+    def __init__(self, picture, start=(1, 1), **options):
+        super().__init__(picture, start, **options)
+        self.looks = FailedLooks()
+        self.search = GoalSearch(self.chooser, self.looks)
+        self.bounds_m = []
+
+    def flood_within(self, bound_m):
+        self.bounds_m.append(bound_m)
+        return self.flood(bound_m)
+
+    def run(self, pursued=None):
+        self.bounds_m = []
+        return self.search.run(self.frontiers, self.grid, self.flood_within, MAX_RANGE_M, pursued)
+
+    def fail(self, goal, times=1):
+        for _ in range(times):
+            self.looks.note(goal, Reason.GAVE_UP, "in vain", self.grid)
+
+
+DETOUR = """#########################
+            #...........#...........#
+            #...........#...........#
+            ?...........#...........#
+            ?...........#...........#
+            ?...........#...........#
+            #...........#...........#
+            #...........#....########
+            #...........#....?????..#
+            #...........#....?????..#
+            #...........#....########
+            #...........#...........#
+            #.......................#
+            #.......................#
+            #########################"""
+
+
+def test_nearest_is_by_the_way_and_not_by_the_crow():
+    """The frontier behind the wall is 1.5 m away as the crow flies and the other one 2.5 m."""
+    scene = Searching(DETOUR, start=(11, 7))
+    best = scene.run().best
+    assert best is not None
+    assert best.frontier.centroid_in_map[0] < 1.0
+
+
+def test_a_flood_is_no_wider_than_proves_the_best():
+    scene = Searching(DETOUR, start=(3, 10))
+    assert scene.run().best is not None
+    assert scene.bounds_m == [4.0]
+
+
+def test_utility_prefers_a_large_gain_far_away_to_a_small_one_near():
+    room = """########################################
+              #.................................??????
+              #?................................??????
+              #?................................??????
+              #.................................??????
+              #.................................??????
+              ########################################"""
+    near = Searching(room, start=(3, 3), config=GoalConfig(gain_range_m=1.0)).run().best
+    far = Searching(room, start=(3, 3), config=GoalConfig(strategy="utility", lambda_m_per_m2=20)).run().best
+    assert near is not None
+    assert far is not None
+    assert near.frontier.centroid_in_map[0] < 1.0 < 8.0 < far.frontier.centroid_in_map[0]
+
+
+TWO_ENDS = """############################
+              ?..........................?
+              ?..........................?
+              ?..........................?
+              ############################"""
+
+
+@pytest.mark.parametrize(("start", "stays"), [((11, 2), True), ((6, 2), False)])
+def test_a_goal_is_kept_unless_another_is_better_by_the_hysteresis(start, stays):
+    config = GoalConfig(hysteresis_m=2.0, look_from_m=(1.0,), look_into_m=(0.25,))
+    scene = Searching(TWO_ENDS, start=(13, 2), config=config)
+    right = max(scene.run().goals, key=lambda goal: goal.viewpoint_in_map)
+    scene.start = start
+    chosen = scene.run(pursued=right).best
+    assert (chosen.frontier.centroid_in_map[0] > 4.0) == stays
+    assert scene.run().best.frontier.centroid_in_map[0] < 1.0  # without it the left is nearer
+
+
+def test_hysteresis_holds_across_the_bound_of_a_flood():
+    """The pursued goal lies just beyond 4 m, its rival just within: a flood of 4 m knows only the latter."""
+    corridor = "?" + 34 * "." + "?"
+    picture = "\n".join([36 * "#", corridor, corridor, corridor, 36 * "#"])
+    config = GoalConfig(look_from_m=(0.25,), look_into_m=(0.25,))
+    scene = Searching(picture, config=config, start=(17, 2))
+    right = max(scene.run().goals, key=lambda goal: goal.viewpoint_in_map)
+    scene.start = (16, 2)
+    left, right_now = sorted(scene.run(pursued=right).goals, key=lambda goal: goal.viewpoint_in_map)
+    assert left.cost_m < 4.0 < right_now.cost_m < left.cost_m + config.hysteresis_m
+    chosen = scene.run(pursued=right).best
+    assert chosen is not None
+    assert chosen.viewpoint_in_map == right_now.viewpoint_in_map
+
+
+def test_specks_never_attract():
+    picture = """############
+                 #..........#
+                 #....?.....#
+                 #..........#
+                 ############"""
+    assert Searching(picture, config=GoalConfig(min_frontier_m=1.1, min_nook_m=9.0)).run().best is None
+    assert Searching(picture, config=GoalConfig(min_frontier_m=0.9)).run().best is not None
+
+
+CELL = """##########
+          #.....????
+          #.....????
+          #.....????
+          ##########"""
+
+
+def test_a_frontier_is_given_up_after_as_many_looks_as_there_are_and_then_no_more():
+    scene = Searching(CELL)
+    looks = 0
+    while (best := scene.run().best) is not None and looks < 9:
+        scene.fail(best)
+        looks += 1
+    assert looks == len(scene.chooser.config.look_from_m)
+    assert scene.run().wave.is_exhausted  # no goal means none in all that can be reached
+
+
+def test_failed_looks_are_forgotten_when_the_map_changes_and_the_goal_is_back():
+    scene = Searching(CELL)
+    scene.fail(scene.run().best, times=3)
+    assert scene.run().best is None
+    scene.grid.state[:, 6:9] = scene.grid.state[:, 3:6]
+    scene.edges.rebuild(scene.grid)
+    scene.frontiers = scene.edges.clusters(scene.grid)
+    assert scene.run().best is not None
+
+
+def slot_room(rows=21, slot_row=10):
+    """A room of 1 m x 1 m, beside it another of which only what a slot of one cell shows is known."""
+    lines = ["#" * 60]
+    for row in range(1, rows - 1):
+        lines.append("#" + "." * 20 + ("." if row == slot_row else "#") + "." * 12 + "?" * 25 + "#")
+    return "\n".join([*lines, "#" * 60])
+
+
+def test_what_cannot_be_looked_at_from_near_is_looked_at_through_the_slot():
+    scene = Searching(slot_room(), (10, 10), resolution_m=0.05, body=None, config=GoalConfig(min_nook_m=9.0))
+    assert scene.flood().cost_at(scene.frontiers[0].cells).min() == math.inf
+    found = scene.run()
+    assert found.best is not None
+    assert found.best.viewpoint_in_map[0] < 1.0
+    scene.fail(found.best)
+    scene.fail(scene.run().best)
+    assert scene.run().best is None  # a look from afar is worth two tries
+
+
+def test_when_nothing_else_is_left_nooks_are_looked_into_once():
+    picture = """###########
+                 #.........#
+                 #.........#
+                 #.???????.#
+                 ###########"""
+    scene = Searching(picture, resolution_m=0.1)
+    scene.frontiers = []  # the frontier map leaves rims out
+    best = scene.run().best
+    assert best is not None
+    assert best.is_nook
+    scene.fail(best)
+    assert scene.run().best is None
+
+
+def test_unvisited_are_those_that_could_still_be_looked_into():
+    scene = Searching(TWO_ENDS)
+    assert scene.search.unvisited(scene.frontiers, scene.grid, scene.flood(), MAX_RANGE_M) == scene.frontiers
+    left = min(scene.run().goals, key=lambda goal: goal.viewpoint_in_map)
+    scene.fail(left, times=3)
+    (other,) = scene.search.unvisited(scene.frontiers, scene.grid, scene.flood(), MAX_RANGE_M)
+    assert other.centroid_in_map[0] > 4.0

@@ -1,0 +1,218 @@
+"""Looks and what they show: every kernel against a plain twin."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from occmap import goals_kernels as kernels
+from occmap.grid import Belief
+from tests.ascii_maps import ascii_state
+
+UNREACHED = 10**9
+EIGHT = [(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, 1), (1, -1), (-1, -1)]
+
+
+def some_state(seed, shape=(40, 50), p=(0.3, 0.6, 0.1)):
+    return np.random.default_rng(seed).choice(3, shape, p=p).astype(np.uint8)
+
+
+def line(x0, y0, x1, y1):
+    """The cells of a Bresenham line after its first: along the longer axis, ties as the kernel has them."""
+    dx, dy, cells = abs(x1 - x0), abs(y1 - y0), []
+    sx, sy, error = (1 if x0 < x1 else -1), (1 if y0 < y1 else -1), dx - dy
+    while (x0, y0) != (x1, y1):
+        move_x, move_y = 2 * error > -dy, 2 * error < dx
+        x0, y0, error = x0 + sx * move_x, y0 + sy * move_y, error - dy * move_x + dx * move_y
+        cells.append((x0, y0))
+    return cells
+
+
+def sees_twin(state, x0, y0, x1, y1, most_unknown):
+    cells = line(x0, y0, x1, y1)
+    met = [state[y, x] for x, y in cells]
+    squeezes = any(
+        state[ay, bx] == state[by, ax] == Belief.OCCUPIED
+        for (ax, ay), (bx, by) in zip([(x0, y0), *cells], cells, strict=False)
+        if ax != bx and ay != by
+    )
+    return Belief.OCCUPIED not in met and met.count(Belief.UNKNOWN) <= most_unknown and not squeezes
+
+
+def test_a_look_equals_its_twin():
+    rng, state = np.random.default_rng(1), some_state(0, p=(0.2, 0.75, 0.05))
+    answers = []
+    for _ in range(2000):
+        x0, x1 = rng.integers(0, 50, 2).tolist()
+        y0, y1 = rng.integers(0, 40, 2).tolist()
+        most = int(rng.integers(0, 8))
+        answers.append(kernels.sees(state, x0, y0, x1, y1, most))
+        assert answers[-1] == sees_twin(state, x0, y0, x1, y1, most)
+    assert 100 < sum(answers) < 1900
+
+
+def test_no_look_goes_between_walls_that_touch_at_a_corner():
+    state = ascii_state("""..#.
+                           .#..
+                           ....""")
+    assert not kernels.sees(state, 1, 2, 2, 1, 9)
+    assert kernels.sees(state, 0, 1, 0, 2, 9)
+
+
+def beyond_twin(state, cells, limit, deepest):
+    def depth_of(x, y, dx, dy):
+        depth = 0
+        while depth < deepest:
+            ux, uy = x + (depth + 1) * dx, y + (depth + 1) * dy
+            inside = 0 <= ux < state.shape[1] and 0 <= uy < state.shape[0]
+            if not inside or state[uy, ux] != Belief.UNKNOWN:
+                break
+            depth += 1
+        return depth
+
+    def beside_wall(x, y):
+        return (state[max(0, y - 1) : y + 2, max(0, x - 1) : x + 2] == Belief.OCCUPIED).any()
+
+    step = max(1.0, len(cells) / limit)
+    clear, rim = [], []
+    position = 0.5 * (step - 1.0)
+    while position < len(cells) and len(clear) < limit:
+        x, y = cells[int(position)].tolist()
+        position += step
+        depths = {way: depth_of(x, y, *way) for way in EIGHT}
+        straight = [way for way in EIGHT[:4] if depths[way] and not beside_wall(x + way[0], y + way[1])]
+        if straight:
+            clear.append((straight[0], depths[straight[0]], x, y))
+        elif any(depths.values()) and len(rim) < limit:
+            deepest_way = max(EIGHT, key=lambda way: depths[way])
+            rim.append((deepest_way, depths[deepest_way], x, y))
+    return [(x + depth * dx, y + depth * dy, depth) for (dx, dy), depth, x, y in clear or rim]
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_unknown_beyond_equals_its_twin(seed):
+    state = some_state(seed, p=(0.5, 0.45, 0.05))
+    iy, ix = np.nonzero(state == Belief.FREE)
+    cells = np.column_stack((ix, iy))
+    for n, limit, deepest in ((1, 12, 5), (12, 12, 3), (40, 12, 4), (100, 7, 9)):
+        some = np.ascontiguousarray(cells[seed : seed + n])
+        found = kernels.unknown_beyond(state, some, limit, deepest)
+        assert [tuple(row) for row in found.tolist()] == beyond_twin(state, some, limit, deepest)
+
+
+def test_what_lies_beyond_is_unknown_and_straight_ahead():
+    state = ascii_state("""####????
+                           #..?????
+                           #..?????
+                           #..?????
+                           ####????""")
+    edge = np.array([[2, 1], [2, 2], [2, 3]])
+    assert kernels.unknown_beyond(state, edge, 12, 3).tolist() == [[5, 2, 3]]  # the others run beside a wall
+
+
+def viewpoint_twin(state, cost, exact_below, targets, reach_cells, stride):
+    """The cheapest candidate that sees half of the targets, else the cheapest that sees any."""
+    x_low = max(0, targets[:, 0].min() - reach_cells)
+    y_low = max(0, targets[:, 1].min() - reach_cells)
+    seen = {}
+    for y in range(y_low, min(state.shape[0], targets[:, 1].max() + reach_cells + 1), stride):
+        for x in range(x_low, min(state.shape[1], targets[:, 0].max() + reach_cells + 1), stride):
+            if cost[y, x] < exact_below:
+                seen[x, y] = sum(
+                    (tx - x) ** 2 + (ty - y) ** 2 <= reach_cells**2
+                    and sees_twin(state, x, y, tx, ty, depth + depth // 4 + 1)
+                    for tx, ty, depth in targets.tolist()
+                )
+    for needed in ((len(targets) + 1) // 2, 1):
+        enough = [place for place, count in seen.items() if count >= needed]
+        if enough:
+            return min(enough, key=lambda place: cost[place[1], place[0]])
+    return -1, -1
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_the_viewpoint_equals_its_twin(seed):
+    rng = np.random.default_rng(seed)
+    state = some_state(seed, p=(0.3, 0.6, 0.1))
+    cost = rng.permutation(state.size).reshape(state.shape).astype(np.int32)
+    cost[(state != Belief.FREE) | (rng.random(state.shape) < 0.5)] = UNREACHED
+    iy, ix = np.nonzero(state == Belief.UNKNOWN)
+    pick = rng.choice(len(ix), 6, replace=False)
+    targets = np.column_stack((ix[pick], iy[pick], rng.integers(1, 4, 6))).astype(np.int64)
+    for reach, stride in ((4, 1), (9, 2), (60, 2)):
+        found = kernels.find_viewpoint(state, cost, UNREACHED, targets, reach, stride)
+        assert found == viewpoint_twin(state, cost, UNREACHED, targets, reach, stride)
+
+
+def gain_twin(state, x, y, range_cells, rays):
+    """Rays as arrays: every half cell of unknown counts the area of its piece of sector."""
+    r = 0.5 * np.arange(1, 2 * range_cells + 1)
+    padded = np.pad(state, range_cells + 1, constant_values=Belief.UNKNOWN)  # beyond the map all is unknown
+    gain = 0.0
+    for angle in 2.0 * math.pi / rays * np.arange(rays):
+        ix = np.floor(x + 0.5 + r * math.cos(angle)).astype(int) + range_cells + 1
+        iy = np.floor(y + 0.5 + r * math.sin(angle)).astype(int) + range_cells + 1
+        met = padded[iy, ix]
+        occupied = np.flatnonzero(met == Belief.OCCUPIED)
+        end = occupied[0] if len(occupied) else len(met)
+        gain += (0.5 * r[:end] * (2.0 * math.pi / rays))[met[:end] == Belief.UNKNOWN].sum()
+    return gain
+
+
+def test_the_expected_gain_equals_its_twin_within_the_map():
+    state = some_state(3, (80, 80), p=(0.6, 0.38, 0.02))
+    for x, y in ((40, 40), (30, 50), (45, 33)):
+        assert kernels.expected_gain_cells(state, x, y, 20, 96) == pytest.approx(
+            gain_twin(state, x, y, 20, 96)
+        )
+
+
+def test_the_expected_gain_beyond_the_map_is_area_too():
+    state = np.full((60, 60), Belief.UNKNOWN, np.uint8)
+    assert kernels.expected_gain_cells(state, 30, 30, 20, 96) == pytest.approx(math.pi * 20**2, rel=0.03)
+    assert kernels.expected_gain_cells(state, 0, 0, 20, 96) == pytest.approx(math.pi * 20**2, rel=0.03)
+    state[:, 40:] = Belief.OCCUPIED
+    half = kernels.expected_gain_cells(state, 39, 30, 20, 360)
+    assert half == pytest.approx(0.5 * math.pi * 20**2 + 20, rel=0.05)  # and the half cell up to the wall
+
+
+def test_shares_equal_their_twins():
+    rng, state = np.random.default_rng(5), some_state(6)
+    mask = (rng.random(state.shape) < 0.05).astype(np.uint8)
+    cells = np.column_stack((rng.integers(0, 50, 60), rng.integers(0, 40, 60)))
+    for radius in (1, 2, 6):
+        near = [
+            mask[max(0, y - radius) : y + radius + 1, max(0, x - radius) : x + radius + 1].any()
+            for x, y in cells
+        ]
+        assert kernels.share_with_neighbour(mask, cells, radius) == pytest.approx(np.mean(near))
+    inner = [(x, y) for x, y in cells.tolist() if 0 < x < 49 and 0 < y < 39]
+    beside = [
+        state[y, x] == Belief.FREE
+        and Belief.UNKNOWN in (state[y, x - 1], state[y, x + 1], state[y - 1, x], state[y + 1, x])
+        for x, y in inner
+    ]
+    assert kernels.share_beside_unknown(state, cells) == pytest.approx(sum(beside) / len(cells))
+
+
+def test_wherever_a_cell_lies_its_share_is_counted():
+    mask = np.ones((3, 3), np.uint8)
+    outside = np.array([[-5, 1], [1, 1], [9, 9]])
+    assert kernels.share_with_neighbour(mask, outside, 1) == pytest.approx(1 / 3)
+    state = ascii_state("""???
+                           .?.
+                           ...""")
+    assert kernels.share_beside_unknown(state, outside) == 0.0
+
+
+def test_depth_and_walls_beside_are_what_they_are_called():
+    state = ascii_state(""".??#
+                           ....
+                           ...#""")
+    assert kernels.unknown_depth(state, 0, 2, 1, 0, 9) == 2
+    assert kernels.unknown_depth(state, 0, 2, 1, 0, 1) == 1
+    assert kernels.unknown_depth(state, 0, 2, -1, 0, 9) == 0
+    assert kernels.beside_occupied(state, 2, 2)
+    assert not kernels.beside_occupied(state, 1, 2)
