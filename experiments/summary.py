@@ -112,7 +112,7 @@ def _honest(run: Run) -> bool:
     return is_honest(
         run.outcome,
         scorer.unexplored(run.last.grid),
-        run.last.decision.unknown_left,
+        run.experiment.explorer.certificate(),
         scorer.truth,
         scorer.world_from_map,
         lambda: floor_in_reach(scorer.truth, world),
@@ -146,7 +146,7 @@ def _quantiles_ms(stopwatch: Stopwatch) -> dict[str, float]:
 def _unknown_left(run: Run) -> list[dict[str, Any]]:
     """The certificate, in `world`."""
     rows = []
-    for left in run.last.decision.unknown_left:
+    for left in run.experiment.explorer.certificate():
         x_m, y_m = run.experiment.world_from_map.apply(np.array([left.in_map]))[0]
         rows.append(
             {
