@@ -18,9 +18,9 @@ class Estimate:
     insert: bool = True
     """Whether the scan is worth spending on the grid (a motion filter says no when little moved)."""
     grid: OccupancyGrid | None = None
-    """The map, rebuilt from corrected poses and owned by the receiver from now on; this scan is not in it yet."""
+    """The map rebuilt from corrected poses, owned by the receiver from now on; this scan is not in it yet."""
     map_shift: Pose2 | None = None
-    """new_map_from_old_map near the robot, given with `grid`: what carries goals and paths over the correction."""
+    """new_map_from_old_map near the robot, given with `grid`: carries goals and paths over the correction."""
     scan: Scan | None = None
     """The scan as seen from that one pose, if the robot moved while the beams were cast; insert this one."""
 

@@ -24,6 +24,9 @@ class CandidateConfig:
     apart: int = 3
     """Of a run of consecutive submaps one in so many is compared: they show the same."""
 
+    gap: int = 8
+    """Submaps nearer in time than this share too much to tell anything new about each other."""
+
     def __post_init__(self) -> None:
         if self.most < 1 or self.apart < 1 or not self.near_m > 0.0:
             raise ValueError(
@@ -41,13 +44,15 @@ class Candidate:
     sigma_rad: float
 
 
-def candidates(config: CandidateConfig, graph: PoseGraph, centres_in_map: Floats, younger: int) -> list[Candidate]:
+def candidates(
+    config: CandidateConfig, graph: PoseGraph, centres_in_map: Floats, younger: int
+) -> list[Candidate]:
     """The submaps before `younger` worth comparing with it. centres_in_map is (n, 2), one for each node."""
     var_m2, var_rad2 = uncertainty_from(graph, younger)
     sigma = np.sqrt(var_m2)
     distance = np.hypot(*(centres_in_map - centres_in_map[younger]).T)
     chosen: list[int] = []
-    for k in np.argsort(distance[: max(younger - 1, 0)], kind="stable").tolist():
+    for k in np.argsort(distance[: max(younger - config.gap, 0)], kind="stable").tolist():
         if len(chosen) == config.most:
             break
         is_near = distance[k] < config.near_m + 2.0 * sigma[k]
@@ -78,7 +83,9 @@ def uncertainty_from(graph: PoseGraph, source: int) -> tuple[Floats, Floats]:
     yaw = _matrix(ends[least], var_rad2[least], n)
     outward = np.argsort(distance, kind="stable")[1:]
     outward = outward[before[outward] >= 0]
-    step = np.asarray(yaw[before[outward], outward]).ravel() + np.asarray(yaw[outward, before[outward]]).ravel()
+    step = (
+        np.asarray(yaw[before[outward], outward]).ravel() + np.asarray(yaw[outward, before[outward]]).ravel()
+    )
     turned = np.zeros(n)
     for node, variance in zip(outward.tolist(), step.tolist(), strict=True):
         turned[node] = turned[before[node]] + variance
@@ -88,7 +95,7 @@ def uncertainty_from(graph: PoseGraph, source: int) -> tuple[Floats, Floats]:
 def _edge_variances(graph: PoseGraph) -> tuple[NDArray[np.int64], Floats, Floats]:
     """Ends (m, 2), position and yaw variance of every edge that has any weight."""
     alive = graph.information[:, 2, 2] > 0.0
-    covariance = np.linalg.inv(graph.information[alive] + 1e-6 * np.eye(3))
+    covariance: Floats = np.linalg.inv(graph.information[alive] + 1e-6 * np.eye(3)).astype(np.float64)
     return graph.ends[alive], covariance[:, 0, 0] + covariance[:, 1, 1], covariance[:, 2, 2]
 
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections import OrderedDict, deque
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from occmap.geometry import Pose2
+from occmap.geometry import Points, Pose2
 from occmap.localization.loop_candidates import Candidate, CandidateConfig, candidates
-from occmap.localization.matcher import Match, Matcher, axes
+from occmap.localization.matcher import Match, Matcher, Search, axes
 from occmap.localization.pose_graph import Loss, PoseGraph
 from occmap.localization.submap import Submap, share_seen_through
 from occmap.localization.surfel_map import Cloud
@@ -42,6 +42,11 @@ class LoopClosureConfig:
     """A submap of fewer surfels than this is too empty to be recognised."""
     least_score: float = 0.45
     """Mean likelihood on the raster that a search must reach."""
+    rival_m: float = 0.5
+    """In a wider window, no pose so far from the best one may score nearly as well: a corridor with a door
+    every few metres looks the same a few metres on."""
+    rival_share: float = 0.8
+    """Of the best score, that a rival has."""
     least_fit: float = 0.5
     """Share of the surfels that must lie on the other submap after refinement."""
     most_seen_through: float = 0.10
@@ -133,16 +138,16 @@ class LoopCloser:
         cloud = near(younger, c.query_radius_m, c.refine_spacing_m)
         if len(cloud.points) < c.least_points:
             return None
-        found, score = self._matcher.search(
-            near(younger, c.query_radius_m, c.query_spacing_m).points,
-            older,
+        sparse = near(younger, c.query_radius_m, c.query_spacing_m).points
+        where = Search(
             predicted,
             min(3.0 * pair.sigma_m + c.window_m, c.max_window_m),
             min(3.0 * pair.sigma_rad + c.window_rad, c.max_window_rad),
             c.turn_step_rad,
             least_score=c.least_score,
         )
-        if score <= c.least_score:
+        found, score = self._matcher.search(sparse, older, where)
+        if score <= c.least_score or self._has_rival(sparse, older, where, found, score):
             return None
         match = self._matcher.refine(cloud, older, found, found, 1e-3 * np.eye(3))
         if match.fit < c.least_fit or self._seen_through(older, younger, match) > c.most_seen_through:
@@ -151,6 +156,15 @@ class LoopCloser:
         surprise = math.hypot(off.x_m, off.y_m) / (pair.sigma_m + c.floor_m)
         is_sure = pair.sigma_m < c.sure_m and surprise < c.surprise
         return Loop(pair.older, pair.younger, match.submap_from_robot, self._information(match), is_sure)
+
+    def _has_rival(self, points: Points, submap: Submap, where: Search, found: Pose2, score: float) -> bool:
+        """Whether another place in a wide window looks nearly as good."""
+        c = self.config
+        if where.window_m <= c.rival_m:
+            return False
+        nearly = c.rival_share * score
+        elsewhere = replace(where, least_score=nearly, shun=found, shun_m=c.rival_m)
+        return self._matcher.search(points, submap, elsewhere)[1] > nearly
 
     def _seen_through(self, older: Submap, younger: Submap, match: Match) -> float:
         """The larger share of either submap's points that the other has looked straight through."""
@@ -186,7 +200,9 @@ class LoopCloser:
         younger = pose(a.younger).inverse() @ pose(b.younger)
         home = a.older_from_younger @ younger @ b.older_from_younger.inverse() @ older.inverse()
         steps = steps_younger + steps_older
-        return math.hypot(home.x_m, home.y_m) < 0.1 + 0.03 * steps and abs(home.yaw_rad) < 0.03 + 0.005 * steps
+        return (
+            math.hypot(home.x_m, home.y_m) < 0.1 + 0.03 * steps and abs(home.yaw_rad) < 0.03 + 0.005 * steps
+        )
 
     def _make_ready(self, submap: int) -> None:
         """Keep the working memory of those used last only."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from occmap.geometry import Pose2
 from occmap.localization.localizer import Estimate
-from occmap.localization.matcher import Match, Matcher
+from occmap.localization.matcher import Match, Matcher, Search
 from occmap.localization.motion import MotionModel
 from occmap.localization.slam import SlamLocalizer
 from occmap.localization.surfel_map import Cloud
@@ -126,15 +126,8 @@ class MapLocalizer:
         if len(points) == 0:
             return None
         least = 0.5 if self._best is None else 0.5 * self._best.fit
-        found, score = self._matcher.search(
-            points,
-            target,
-            Pose2(*target.centre, 0.0),
-            c.window_m,
-            math.pi,
-            c.turn_step_rad,
-            least_score=least,
-        )
+        where = Search(Pose2(*target.centre, 0.0), c.window_m, math.pi, c.turn_step_rad, least_score=least)
+        found, score = self._matcher.search(points, target, where)
         if score <= least:
             return None
         return self._matcher.refine(cloud, target, found, found, 1e-3 * np.eye(3))

@@ -53,6 +53,26 @@ class Match:
     """Share of the points that lie on the map, 0 to 1."""
 
 
+@dataclass(frozen=True)
+class Search:
+    """Where to look for the best pose, and what to expect there."""
+
+    guess: Pose2
+    window_m: float
+    """Half the width of the window, along both axes."""
+    window_rad: float
+    """How far it turns either way."""
+    turn_step_rad: float
+    sigma_m: float = math.inf
+    """How far from the guess the pose may well be; finite, it costs score to be farther."""
+    sigma_rad: float = math.inf
+    least_score: float = -1.0
+    """Poses that score less do not count; the higher, the faster."""
+    shun: Pose2 | None = None
+    """Nor do those within shun_m of this one."""
+    shun_m: float = 0.0
+
+
 class Matcher:
     """Olson 2009 for the search; point-to-line Gauss-Newton (Censi 2008) for the last centimetre."""
 
@@ -76,13 +96,13 @@ class Matcher:
     def _second_look(
         self, cloud: Cloud, submap: Submap, guess: Pose2, prior: NDArray[np.float64], first: Match
     ) -> Match:
-        """A scan that fits badly where it was expected may fit well elsewhere: wheels slip, robots are pushed."""
+        """A scan that fits badly where it was expected may fit well elsewhere: wheels slip."""
         c = self.config
         apart = self.thinned(cloud.points, 2.0 * c.spacing_m)
         if len(apart) == 0:
             return first
         turn_step = angle_step(apart, 2.0 * submap.raster.cell_m)
-        found, _ = self.search(apart, submap, guess, c.second_look_m, c.second_look_rad, turn_step)
+        found, _ = self.search(apart, submap, Search(guess, c.second_look_m, c.second_look_rad, turn_step))
         second = self.refine(cloud, submap, found, guess, 0.01 * prior)
         return second if second.fit > first.fit + c.second_gain else first
 
@@ -91,29 +111,46 @@ class Matcher:
         apart = self.thinned(points, self.config.spacing_m)
         if len(apart) == 0:
             return guess
-        raster, unit = submap.raster, self.config.prior_cost * 255.0 * len(apart)
-        turn_step = angle_step(points, raster.cell_m)
-        pose, _ = self.search(
-            apart, submap, guess, prediction.window_m, prediction.window_rad, turn_step,
-            unit * (raster.cell_m / prediction.sigma_m) ** 2, unit * (turn_step / prediction.sigma_rad) ** 2,
-        )  # fmt: skip
-        return pose
+        where = Search(
+            guess,
+            prediction.window_m,
+            prediction.window_rad,
+            angle_step(points, submap.raster.cell_m),
+            prediction.sigma_m,
+            prediction.sigma_rad,
+        )
+        return self.search(apart, submap, where)[0]
 
-    def search(self, points: Points, submap: Submap, guess: Pose2, window_m: float, window_rad: float,
-               turn_step: float, shift_cost: float = 0.0, angle_cost: float = 0.0,
-               least_score: float = -1.0) -> tuple[Pose2, float]:  # fmt: skip
-        """Best pose on the raster within a window round the guess, and its score (mean, 0 to 1)."""
+    def search(self, points: Points, submap: Submap, where: Search) -> tuple[Pose2, float]:
+        """Best pose on the raster and its score (mean likelihood, 0 to 1); least_score if there is none."""
         from occmap.localization import search_kernels
 
-        raster, whole = submap.raster, 255.0 * len(points)
+        raster, guess, whole = submap.raster, where.guess, 255.0 * len(points)
+        shun = np.array([0, 0, -1])
+        if where.shun is not None:
+            offset = np.array(where.shun.position) - np.array(guess.position)
+            shun = np.round(np.array([*offset, where.shun_m]) / raster.cell_m).astype(np.int64)
         turn, x, y, score = search_kernels.search(
-            raster.buffer, raster.starts, raster.shapes, points, *raster.origin_m, 1.0 / raster.cell_m,
-            np.array([guess.x_m, guess.y_m, guess.yaw_rad]), math.ceil(window_rad / turn_step), turn_step,
-            math.ceil(window_m / raster.cell_m), shift_cost, angle_cost, self.config.prior_cap * whole,
-            least_score * whole,
-        )  # fmt: skip
+            raster.buffer,
+            raster.starts,
+            raster.shapes,
+            points,
+            *raster.origin_m,
+            1.0 / raster.cell_m,
+            np.array([guess.x_m, guess.y_m, guess.yaw_rad]),
+            math.ceil(where.window_rad / where.turn_step_rad),
+            where.turn_step_rad,
+            math.ceil(where.window_m / raster.cell_m),
+            whole * self.config.prior_cost * (raster.cell_m / where.sigma_m) ** 2,
+            whole * self.config.prior_cost * (where.turn_step_rad / where.sigma_rad) ** 2,
+            whole * self.config.prior_cap,
+            whole * where.least_score,
+            shun,
+        )
         best = Pose2(
-            guess.x_m + x * raster.cell_m, guess.y_m + y * raster.cell_m, guess.yaw_rad + turn * turn_step
+            guess.x_m + x * raster.cell_m,
+            guess.y_m + y * raster.cell_m,
+            guess.yaw_rad + turn * where.turn_step_rad,
         )
         return best, score / whole
 
@@ -134,7 +171,9 @@ class Matcher:
             np.array([start.x_m, start.y_m, start.yaw_rad]), np.array([prior.x_m, prior.y_m, prior.yaw_rad]),
             prior_information, c.sigma_m, self._scales, c.iterations,
         )  # fmt: skip
-        return Match(Pose2(*pose), information, information + prior_information, weight / max(1, len(cloud.points)))
+        return Match(
+            Pose2(*pose), information, information + prior_information, weight / max(1, len(cloud.points))
+        )
 
 
 def angle_step(points: Points, cell_m: float) -> float:

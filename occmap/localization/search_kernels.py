@@ -41,7 +41,9 @@ def bridged(points, beams, spacing_m, most_m, off_m):
     count = n
     for k in range(n - 1):
         if _on_one_wall(points, beams, k, most_m, off_m):
-            count += int(np.hypot(points[k + 1, 0] - points[k, 0], points[k + 1, 1] - points[k, 1]) / spacing_m)
+            count += int(
+                np.hypot(points[k + 1, 0] - points[k, 0], points[k + 1, 1] - points[k, 1]) / spacing_m
+            )
     out = np.empty((count, 2))
     out[:n] = points
     at = n
@@ -58,7 +60,7 @@ def bridged(points, beams, spacing_m, most_m, off_m):
 
 @njit(cache=True)
 def _on_one_wall(points, beams, k, most_m, off_m):
-    """Whether hits k and k + 1 lie on one wall: neighbours, near, and in line with the hit before or after."""
+    """Whether hits k and k + 1 lie on one wall: neighbours, near, in line with the hit before or after."""
     dx, dy = points[k + 1, 0] - points[k, 0], points[k + 1, 1] - points[k, 1]
     length = np.hypot(dx, dy)
     if beams[k + 1] != beams[k] + 1 or length > most_m or length == 0.0:
@@ -135,13 +137,14 @@ def _nearest(low, high):
 
 @njit(cache=True)
 def search(buffer, starts, shapes, points, origin_x, origin_y, cells_per_m, guess, half_angles, angle_step,
-           half_cells, shift_cost, angle_cost, cost_cap, least):  # fmt: skip
+           half_cells, shift_cost, angle_cost, cost_cap, least, shun):  # fmt: skip
     """Best pose of points (n, 2) on the raster within a window round guess (x, y, yaw).
 
-    The window is +-half_cells cells and +-half_angles steps of angle_step. The score is the sum of
-    raster values less shift_cost * cells^2 + angle_cost * steps^2, at most cost_cap. Returns (angle step, cells in x,
-    cells in y, score); score is `least` if nothing beats it. Depth-first branch and bound over
-    translations, all angles at once (Olson 2009; Hess et al. 2016, algorithm 3).
+    The window is +-half_cells cells and +-half_angles steps of angle_step, but for the shifts within
+    shun[2] cells of shun[:2]. The score is the sum of raster values less shift_cost * cells^2 +
+    angle_cost * steps^2, at most cost_cap. Returns (angle step, cells in x, cells in y, score); score is
+    `least` if nothing beats it. Depth-first branch and bound over translations, all angles at once
+    (Olson 2009; Hess et al. 2016, algorithm 3).
     """
     n_angles = 2 * half_angles + 1
     cells = np.empty((n_angles, points.shape[0], 2), np.int64)
@@ -172,8 +175,9 @@ def search(buffer, starts, shapes, points, origin_x, origin_y, cells_per_m, gues
             break
         a = node // (blocks * blocks)
         i, j = node % blocks, (node // blocks) % blocks
-        best = _descend(buffer, starts, shapes, cells[a], a - half_angles, top, i, j, bounds[node], half_cells,
-                        shift_cost, angle_cost, cost_cap, stack, stack_bound, best)  # fmt: skip
+        best = _descend(buffer, starts, shapes, cells[a], a - half_angles, top, i, j, bounds[node],
+                        half_cells, shift_cost, angle_cost, cost_cap, shun, stack, stack_bound,
+                        best)  # fmt: skip
     return best
 
 
@@ -189,8 +193,8 @@ def _bound(
 
 
 @njit(cache=True)
-def _descend(buffer, starts, shapes, cells, angle, top, i, j, bound, half_cells, shift_cost, angle_cost, cost_cap, stack,
-             stack_bound, best):  # fmt: skip
+def _descend(buffer, starts, shapes, cells, angle, top, i, j, bound, half_cells, shift_cost, angle_cost,
+             cost_cap, shun, stack, stack_bound, best):  # fmt: skip
     """Depth first below one block, the most promising child first; returns the best so far."""
     size = 1
     stack[0, 0], stack[0, 1], stack[0, 2], stack_bound[0] = top, (i << top), (j << top), bound
@@ -200,6 +204,8 @@ def _descend(buffer, starts, shapes, cells, angle, top, i, j, bound, half_cells,
         if stack_bound[size] <= best[3]:
             continue
         if k == 0:
+            if max(abs(x - half_cells - shun[0]), abs(y - half_cells - shun[1])) <= shun[2]:
+                continue
             best = (angle, x - half_cells, y - half_cells, stack_bound[size])
             continue
         first = size

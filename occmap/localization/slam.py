@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-import numpy as np
-
-from occmap.geometry import Points, Pose2
+from occmap.geometry import Pose2
 from occmap.grid import GridConfig, OccupancyGrid
 from occmap.localization.localizer import Estimate
 from occmap.localization.loop_closure import LoopCloser, LoopClosureConfig
@@ -128,4 +126,3 @@ class SlamLocalizer:
             self.told.add_scan(scan, seen.robot_from_lidar, tracked)
         shift = None if grid is None else pose @ before.inverse()
         return Estimate(pose, insert, grid, shift, None if scan is seen.scan else scan)
-

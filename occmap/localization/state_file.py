@@ -45,7 +45,9 @@ def load(path: Path) -> SlamLocalizer:
     """The localizer as it was saved. ValueError if the file is not one of ours."""
     content = Path(path).read_bytes()
     if not content.startswith(MAGIC):
-        raise ValueError(f"{path} is not a saved SLAM state of this version: it does not begin with {MAGIC!r}")
+        raise ValueError(
+            f"{path} is not a saved SLAM state of this version: it does not begin with {MAGIC!r}"
+        )
     try:
         slam = _Reader(io.BytesIO(gzip.decompress(content[len(MAGIC) :]))).load()
     except (pickle.UnpicklingError, EOFError, OSError, AttributeError) as error:

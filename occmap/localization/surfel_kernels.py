@@ -18,9 +18,9 @@ LEAST_SUPPORT = 4.0
 
 @njit(cache=True)
 def insert(index, surfels, size, points, facing, origin_x, origin_y, voxels_per_m):
-    """Average points (n, 2), seen from facing (n, 2), into their voxels and renew those voxels' normals; returns the new size.
+    """Average points (n, 2), seen from facing (n, 2), into their voxels, and renew the normals there.
 
-    The capacity must hold size + n rows. O(points * 25).
+    Returns the new size; the capacity must hold size + n rows. O(points * 25).
     """
     ny, nx = index.shape
     for p in range(points.shape[0]):
@@ -159,8 +159,8 @@ def linearise(index, surfels, origin_x, origin_y, voxels_per_m, points, facing, 
 
 
 @njit(cache=True)
-def refine(index, surfels, origin_x, origin_y, voxels_per_m, points, facing, start, prior, prior_information, sigma_m,
-           scales, iterations):  # fmt: skip
+def refine(index, surfels, origin_x, origin_y, voxels_per_m, points, facing, start, prior, prior_information,
+           sigma_m, scales, iterations):  # fmt: skip
     """Gauss-Newton from start (x, y, yaw), pulled to prior by its 3 x 3 information.
 
     One pass per robust scale, wide to narrow. Returns (pose, information of the points alone,
@@ -175,7 +175,16 @@ def refine(index, surfels, origin_x, origin_y, voxels_per_m, points, facing, sta
             hessian[:, :] = 0.0
             gradient = np.zeros(3)
             weight = linearise(
-                index, surfels, origin_x, origin_y, voxels_per_m, points, facing, pose, scale, hessian,
+                index,
+                surfels,
+                origin_x,
+                origin_y,
+                voxels_per_m,
+                points,
+                facing,
+                pose,
+                scale,
+                hessian,
                 gradient,
             )
             hessian[1, 0], hessian[2, 0], hessian[2, 1] = hessian[0, 1], hessian[0, 2], hessian[1, 2]
@@ -191,7 +200,7 @@ def refine(index, surfels, origin_x, origin_y, voxels_per_m, points, facing, sta
 
 @njit(cache=True)
 def _solve3(a, b):
-    """x of a x = b for a symmetric positive definite 3 x 3, by Cramer's rule; a zero step if it is singular."""
+    """x of a x = b for a symmetric positive definite 3 x 3, by Cramer's rule; zero if it is singular."""
     c00 = a[1, 1] * a[2, 2] - a[1, 2] * a[2, 1]
     c01 = a[1, 2] * a[2, 0] - a[1, 0] * a[2, 2]
     c02 = a[1, 0] * a[2, 1] - a[1, 1] * a[2, 0]

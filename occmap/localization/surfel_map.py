@@ -20,7 +20,7 @@ BRIDGE_SPACING_M = 0.08
 """Between the points that stand for a wall."""
 BRIDGE_M = 2.0
 """Hits farther apart than this say nothing about what is between them."""
-BRIDGE_OFF_M = 0.08
+BRIDGE_OFF_M = 0.04
 """Three hits are in line if the third is off the line of the other two by less: range noise."""
 
 

@@ -160,4 +160,3 @@ class Tracker:
     def _add_drift(self, match: Match) -> None:
         turned = axes(self.younger_from_older().yaw_rad)
         self._drift += self.config.drift_share * turned @ np.linalg.inv(match.posterior) @ turned.T
-

@@ -51,6 +51,4 @@ def observe(boxes, poses, rng, turn_error_per_m=0.01, length_error=0.02, **scan)
 def errors_m(poses, estimates):
     """(n,) distances between the driven poses and the estimates, placed by the first pose alone."""
     world_from_map = poses[0]
-    return np.array(
-        [(world_from_map @ e).distance_to(p) for p, e in zip(poses, estimates, strict=True)]
-    )
+    return np.array([(world_from_map @ e).distance_to(p) for p, e in zip(poses, estimates, strict=True)])

@@ -49,7 +49,9 @@ def test_a_planted_false_loop_does_not_fold_the_map():
         slam.update(seen)
         if k == 2 * len(stream) // 3:
             last = len(slam.graph.poses) - 3
-            slam.graph.add_edge(2, last, Pose2(2.0, -1.0, 1.0), 0.1 * TIGHT, Loss.DCS, slam.config.loops.dcs_chi2)
+            slam.graph.add_edge(
+                2, last, Pose2(2.0, -1.0, 1.0), 0.1 * TIGHT, Loss.DCS, slam.config.loops.dcs_chi2
+            )
     slam.finish()
     assert errors_m(poses, [pose for _, pose in slam.trajectory()]).max() < 0.1
 
@@ -58,9 +60,11 @@ def test_rooms_that_look_alike_are_not_taken_for_one():
     """Two equal rooms, one behind the other, joined by a plain corridor."""
     boxes = np.array(
         [
-            (0, -0.2, 4, 0), (0, 3, 4, 3.2), (-0.2, -0.2, 0, 3.2), (4, -0.2, 4.2, 1), (4, 2, 4.2, 3.2), (1, 2.4, 1.6, 3),
+            (0, -0.2, 4, 0), (0, 3, 4, 3.2), (-0.2, -0.2, 0, 3.2), (4, -0.2, 4.2, 1), (4, 2, 4.2, 3.2),
+            (1, 2.4, 1.6, 3),
             (4.2, 0.8, 12, 1), (4.2, 2, 12, 2.2),
-            (12, -0.2, 16, 0), (12, 3, 16, 3.2), (11.8, -0.2, 12, 1), (11.8, 2, 12, 3.2), (16, -0.2, 16.2, 3.2),
+            (12, -0.2, 16, 0), (12, 3, 16, 3.2), (11.8, -0.2, 12, 1), (11.8, 2, 12, 3.2),
+            (16, -0.2, 16.2, 3.2),
             (13, 2.4, 13.6, 3),
         ]
     )  # fmt: skip

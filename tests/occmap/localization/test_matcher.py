@@ -37,9 +37,7 @@ def _prediction(window_m, window_rad):
 
 
 @settings(max_examples=40, deadline=None)
-@given(
-    x=st.floats(-0.3, 0.3), y=st.floats(-0.3, 0.3), yaw=st.floats(-0.17, 0.17), seed=st.integers(0, 1000)
-)
+@given(x=st.floats(-0.3, 0.3), y=st.floats(-0.3, 0.3), yaw=st.floats(-0.17, 0.17), seed=st.integers(0, 1000))
 def test_known_offsets_are_recovered_within_the_window(x, y, yaw, seed):
     rng = np.random.default_rng(seed)
     truth = Pose2(x, y, yaw)
@@ -74,9 +72,7 @@ def test_the_faces_of_a_partition_do_not_pull_each_other():
         submap.insert(_cloud(partition, left, rng), left)
     submap.insert(_cloud(partition, right, rng), right)
     guess = right @ Pose2(-0.04, 0.0, 0.0)
-    match = Matcher().refine(
-        _cloud(partition, right, rng), submap, guess, guess, np.diag([1e-3, 1e-3, 1e-3])
-    )
+    match = Matcher().refine(_cloud(partition, right, rng), submap, guess, guess, np.diag([1e-3, 1e-3, 1e-3]))
     error = right.inverse() @ match.submap_from_robot
     assert abs(error.x_m) < 0.02
 
@@ -90,7 +86,7 @@ def test_a_search_finds_what_trying_every_pose_finds():
     half_cells, half_angles, step, cost = 7, 6, 0.02, 3.0
     found = search_kernels.search(
         raster.buffer, raster.starts, raster.shapes, points, -5.0, -5.0, 20.0, np.zeros(3),
-        half_angles, step, half_cells, cost, cost, 400.0, -1e9,
+        half_angles, step, half_cells, cost, cost, 400.0, -1e9, np.array([0, 0, -1]),
     )  # fmt: skip
     fine = raster.buffer[: 200 * 200].reshape(200, 200).astype(int)
     best = -math.inf
@@ -98,7 +94,9 @@ def test_a_search_finds_what_trying_every_pose_finds():
         cells = np.floor((Pose2(0.0, 0.0, a * step).apply(points) + 5.0) * 20.0).astype(int)
         for y in range(-half_cells, half_cells + 1):
             for x in range(-half_cells, half_cells + 1):
-                score = fine[cells[:, 1] + y, cells[:, 0] + x].sum() - min(cost * (x * x + y * y + a * a), 400.0)
+                score = fine[cells[:, 1] + y, cells[:, 0] + x].sum() - min(
+                    cost * (x * x + y * y + a * a), 400.0
+                )
                 best = max(best, score)
     assert found[3] == best
 
@@ -140,17 +138,18 @@ def test_thinned_points_keep_their_distance():
 
 
 def test_normal_equations_are_the_gradient_of_the_cost():
-    """Half the sum of squared point-to-line residuals, by finite differences; no robust loss, one flat wall."""
+    """Half the sum of squared point-to-line residuals, by finite differences, on one flat wall."""
     wall = np.column_stack((np.linspace(-1.0, 1.0, 200), np.full(200, 1.0)))
     submap = Submap(SubmapConfig(), Pose2.identity(), np.eye(3), 5.0)
     down = np.tile([0.0, -1.0], (200, 1))
     submap.insert(Cloud(wall, down, wall), Pose2.identity())
-    points, m = wall[40:160:7] + [0.0, 0.01], submap.surfels
+    points, m = wall[40:160:7] + np.array([0.0, 0.01]), submap.surfels
 
     def linearised(pose):
         hessian, gradient = np.zeros((3, 3)), np.zeros(3)
         surfel_kernels.linearise(
-            m.index, m.rows, *m.origin_m, m.voxels_per_m, points, down[: len(points)], pose, 1e6, hessian, gradient
+            m.index, m.rows, *m.origin_m, m.voxels_per_m, points, down[: len(points)], pose, 1e6, hessian,
+            gradient,
         )  # fmt: skip
         return gradient
 

@@ -1,5 +1,6 @@
 import math
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -90,7 +91,7 @@ def test_a_bare_corridor_is_as_long_as_the_wheels_say():
     stream = observe(boxes, poses, np.random.default_rng(2), turn_error_per_m=0.0, max_range_m=8.0)
     slam = _through(stream)
     estimates = _poses(slam)
-    steps = np.array([a.distance_to(b) for a, b in zip(estimates, estimates[1:], strict=False)])
+    steps = np.array([a.distance_to(b) for a, b in pairwise(estimates)])
     assert steps.max() < 0.15
     assert estimates[-1].x_m == pytest.approx(stream[-1].odom_from_robot.x_m, rel=0.02)
     assert abs(estimates[-1].y_m) < 0.05
@@ -166,7 +167,10 @@ def test_a_turning_lidar_is_undistorted_before_it_is_matched():
         times = np.linspace(-0.2, 0.0, 180)
         early = scan_at(RING, pose @ Pose2(0.0, 0.0, -0.1), rng, 0.0, beams=36000)
         ranges = np.interp(
-            seen.scan.bearings_rad + 0.1 * times / 0.2 + 0.1, early.bearings_rad, early.ranges_m, period=2 * math.pi
+            seen.scan.bearings_rad + 0.1 * times / 0.2 + 0.1,
+            early.bearings_rad,
+            early.ranges_m,
+            period=2 * math.pi,
         )
         spun.append(replace(seen, scan=replace(seen.scan, ranges_m=ranges, beam_times_s=times)))
     slam = SlamLocalizer()
