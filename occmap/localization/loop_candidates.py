@@ -9,12 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from occmap.localization.pose_graph import PoseGraph
+from occmap.localization.positive import Positive
 
 Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class CandidateConfig:
+class CandidateConfig(Positive):
     """Where loops are looked for."""
 
     near_m: float = 4.0
@@ -26,12 +27,6 @@ class CandidateConfig:
 
     gap: int = 8
     """Submaps nearer in time than this share too much to tell anything new about each other."""
-
-    def __post_init__(self) -> None:
-        if self.most < 1 or self.apart < 1 or not self.near_m > 0.0:
-            raise ValueError(
-                f"near_m, most and apart must be positive, got {self.near_m}, {self.most}, {self.apart}"
-            )
 
 
 @dataclass(frozen=True)

@@ -13,12 +13,13 @@ from occmap.geometry import Points, Pose2
 from occmap.localization.loop_candidates import Candidate, CandidateConfig, candidates
 from occmap.localization.matcher import Match, Matcher, Search, axes
 from occmap.localization.pose_graph import Loss, PoseGraph
+from occmap.localization.positive import Positive
 from occmap.localization.submap import Submap, share_seen_through
 from occmap.localization.surfel_map import Cloud
 
 
 @dataclass(frozen=True)
-class LoopClosureConfig:
+class LoopClosureConfig(Positive):
     """Where loops are looked for and what they must show."""
 
     candidates: CandidateConfig = field(default_factory=CandidateConfig)
@@ -99,10 +100,14 @@ class LoopCloser:
             self._queue(submap)
 
     def _queue(self, submap: int) -> None:
-        centres = np.array(
-            [self._graph.pose(k).apply(np.array([s.centre]))[0] for k, s in enumerate(self._submaps)]
+        centres = np.array([each.centre for each in self._submaps])
+        poses = self._graph.poses
+        c, s = np.cos(poses[:, 2]), np.sin(poses[:, 2])
+        turned = np.column_stack(
+            (c * centres[:, 0] - s * centres[:, 1], s * centres[:, 0] + c * centres[:, 1])
         )
-        self.waiting.extend(candidates(self.config.candidates, self._graph, centres, submap))
+        centres_in_map = poses[:, :2] + turned
+        self.waiting.extend(candidates(self.config.candidates, self._graph, centres_in_map, submap))
 
     def propose_lonely(self) -> None:
         """Queue once more the finished submaps that no loop has been found for."""

@@ -11,6 +11,7 @@ from occmap.geometry import Pose2
 from occmap.localization.localizer import Estimate
 from occmap.localization.matcher import Match, Matcher, Search
 from occmap.localization.motion import MotionModel
+from occmap.localization.positive import Positive
 from occmap.localization.slam import SlamLocalizer
 from occmap.localization.surfel_map import Cloud
 from occmap.localization.undistortion import undistorted
@@ -18,7 +19,7 @@ from occmap.scan import Observation
 
 
 @dataclass(frozen=True)
-class MapLocalizerConfig:
+class MapLocalizerConfig(Positive):
     """When the robot counts as lost, and how it is looked for."""
 
     lost_fit: float = 0.5

@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 
 from occmap.geometry import Points, Pose2
 from occmap.localization.motion import Prediction
+from occmap.localization.positive import Positive
 from occmap.localization.submap import Submap
 from occmap.localization.surfel_map import Cloud
 
 
 @dataclass(frozen=True)
-class MatcherConfig:
+class MatcherConfig(Positive):
     """How points are fitted to a submap."""
 
     spacing_m: float = 0.10

@@ -6,11 +6,12 @@ import math
 from dataclasses import dataclass
 
 from occmap.geometry import Pose2
+from occmap.localization.positive import Positive
 from occmap.scan import Observation
 
 
 @dataclass(frozen=True)
-class MotionConfig:
+class MotionConfig(Positive):
     """Odometry is believed as far as these say, and searched around as far as the windows reach."""
 
     sigma_m: float = 0.01

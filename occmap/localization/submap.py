@@ -9,12 +9,13 @@ from numpy.typing import NDArray
 
 from occmap.geometry import Points, Pose2
 from occmap.localization.likelihood_pyramid import LikelihoodPyramid
+from occmap.localization.positive import Positive
 from occmap.localization.surfel_map import Cloud, Corner, SurfelMap
 from occmap.scan import Scan
 
 
 @dataclass(frozen=True)
-class SubmapConfig:
+class SubmapConfig(Positive):
     """How finely a submap remembers what was seen."""
 
     cell_m: float = 0.05
@@ -27,11 +28,6 @@ class SubmapConfig:
     """Points farther than this from the robot are not matched."""
     margin_m: float = 5.0
     """How far beyond its reach a submap still has room, for the robot's travel within it."""
-
-    def __post_init__(self) -> None:
-        for name in ("cell_m", "voxel_m", "spread_m", "reach_m", "margin_m"):
-            if not getattr(self, name) > 0.0:
-                raise ValueError(f"{name} must be positive, got {getattr(self, name)}")
 
 
 @dataclass(frozen=True)

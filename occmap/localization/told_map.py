@@ -10,6 +10,7 @@ import numpy as np
 from occmap.geometry import Pose2
 from occmap.grid import GridConfig, OccupancyGrid
 from occmap.localization.map_rebuild import Box, MappedScan, MapRebuild, displacement_m
+from occmap.localization.positive import Positive
 from occmap.localization.tracker import Tracked
 from occmap.mapper import Mapper
 from occmap.scan import Scan
@@ -17,14 +18,14 @@ from occmap.sensor_model import SensorModelConfig
 
 
 @dataclass(frozen=True)
-class ToldMapConfig:
+class ToldMapConfig(Positive):
     """Which scans are worth spending on the grid, and when it is built anew."""
 
-    every_m: float = 0.04
+    every_m: float = 0.07
     """A scan is mapped once the robot has driven this far since the last one."""
-    every_rad: float = 0.04
+    every_rad: float = 0.08
     """Or has turned this far."""
-    every_s: float = 1.0
+    every_s: float = 0.5
     """Or this long has passed: what it looks at may have changed."""
     moved_m: float = 0.04
     """A correction is worth a new grid once it moves a place by half a cell."""

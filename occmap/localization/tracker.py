@@ -11,13 +11,14 @@ import numpy as np
 from occmap.geometry import Pose2, wrap_angle
 from occmap.localization.matcher import Match, Matcher, axes
 from occmap.localization.motion import Prediction
+from occmap.localization.positive import Positive
 from occmap.localization.submap import Submap, SubmapConfig, View
 from occmap.localization.surfel_map import Cloud
 from occmap.scan import Scan
 
 
 @dataclass(frozen=True)
-class TrackerConfig:
+class TrackerConfig(Positive):
     """Which scans build a submap, and when it is full."""
 
     insert_every_m: float = 0.15

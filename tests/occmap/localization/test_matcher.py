@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from occmap.geometry import Pose2
 from occmap.localization import search_kernels, surfel_kernels
 from occmap.localization.likelihood_pyramid import LEVELS, LikelihoodPyramid, peak
-from occmap.localization.matcher import Matcher
+from occmap.localization.matcher import Matcher, MatcherConfig
 from occmap.localization.motion import Prediction
 from occmap.localization.submap import Submap, SubmapConfig
 from occmap.localization.surfel_map import Cloud
@@ -160,3 +160,11 @@ def test_normal_equations_are_the_gradient_of_the_cost():
     pose, eps = np.array([0.01, 0.005, 0.01]), 1e-6
     numeric = [(cost(pose + eps * e) - cost(pose - eps * e)) / (2 * eps) for e in np.eye(3)]
     assert linearised(pose) == pytest.approx(np.array(numeric), abs=1e-4)
+
+
+@pytest.mark.parametrize("value", [0.0, -0.05, math.nan, math.inf])
+def test_a_length_that_is_none_is_refused_by_name(value):
+    with pytest.raises(ValueError, match=r"SubmapConfig\.voxel_m must be positive"):
+        SubmapConfig(voxel_m=value)
+    with pytest.raises(ValueError, match=r"MatcherConfig\.sigma_m must be positive"):
+        MatcherConfig(sigma_m=value)
