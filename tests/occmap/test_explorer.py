@@ -1,0 +1,207 @@
+"""The whole mind in small worlds: it explores all it can, ends, and says why."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from occmap.decision import Reason, Status
+from occmap.explorer import ExplorerConfig, PaceConfig
+from occmap.geometry import Twist2
+from occmap.goals import GoalConfig
+from occmap.grid import Belief
+from tests.occmap.explored_worlds import CELL, FLAT, TWO_ROOMS, Sleepy, exploring
+
+
+@pytest.mark.parametrize("strategy", ["nearest", "utility"])
+def test_a_flat_is_explored_to_its_last_corner_without_touching_anything(strategy):
+    flat = exploring(FLAT, ExplorerConfig(goals=GoalConfig(strategy=strategy)))
+    last = flat.run(300.0)
+    assert last.status is Status.COMPLETE
+    assert flat.explored() > 0.99
+    assert flat.world.least_clearance_m > 0.0
+    assert flat.reasons() <= {Reason.SPECK, Reason.SEALED}
+    assert last.twist == Twist2.zero()
+
+
+def test_the_same_world_is_explored_the_same_way():
+    first, again = exploring(FLAT), exploring(FLAT)
+    first.run(25.0)
+    again.run(25.0)
+    assert first.world.pose == again.world.pose
+    np.testing.assert_array_equal(first.explorer.grid.log_odds, again.explorer.grid.log_odds)
+
+
+def test_a_closed_room_is_complete_at_once():
+    cell = exploring(CELL)
+    assert cell.run(60.0).status is Status.COMPLETE
+    assert cell.explored() > 0.99
+    assert cell.world.time_s < 30.0
+
+
+def test_having_ended_it_stands_and_says_the_same():
+    cell = exploring(CELL)
+    last = cell.run(60.0)
+    again = cell.explorer.decide(cell.observe())
+    assert (again.status, again.twist, again.activity) == (Status.COMPLETE, Twist2.zero(), "complete")
+    assert again.unknown_left == last.unknown_left == cell.explorer.certificate()
+
+
+def test_a_slot_too_narrow_for_the_body_is_named():
+    """The slot of 0.2 m shows a part of the room behind."""
+    picture = """#####################################
+                 #.............#.....................#
+                 #.............#.....................#
+                 #.............#.....................#
+                 #.............#.....................#
+                 #.....@.............................#
+                 #.............#.....................#
+                 #.............#.....................#
+                 #.............#.....................#
+                 #.............#.....................#
+                 #####################################"""
+    slot = exploring(picture, cell_m=0.2)
+    assert slot.run(240.0).status is Status.COMPLETE
+    assert Reason.TOO_NARROW in slot.reasons()
+    assert not slot.reasons() & {Reason.UNSAFE, Reason.UNVISITED}
+    assert slot.world.least_clearance_m > 0.0
+
+
+def closing_behind(is_closing):
+    """The door closes, or not, as soon as the robot is well inside the other room."""
+    rooms = exploring(TWO_ROOMS)
+    rooms.run(120.0, until=lambda _: rooms.world.pose.x_m > 11.8 * rooms.cell_m)
+    if is_closing:
+        rooms.close_doors()
+    return rooms, rooms.run(240.0)
+
+
+def test_a_door_that_closes_behind_the_robot_seals_it_in():
+    rooms, last = closing_behind(is_closing=True)
+    assert last.status is Status.SEALED_IN
+    assert rooms.world.least_clearance_m > 0.0
+
+
+def test_a_door_that_stays_open_does_not():
+    rooms, last = closing_behind(is_closing=False)
+    assert last.status is Status.COMPLETE
+    assert rooms.explored() > 0.99
+
+
+def test_a_door_that_opens_late_is_noticed():
+    """The robot has seen it closed, and sees the room behind when it passes by again."""
+    flat = exploring(FLAT.replace("######...########...#####", "######DDD########...#####"))
+    open_boxes = flat.world.boxes
+    flat.close_doors()
+    flat.run(12.0)
+    assert flat.explored() < 0.8
+    flat.world.boxes = open_boxes
+    assert flat.run(240.0).status is Status.COMPLETE
+    assert flat.explored() > 0.99
+
+
+def test_wheels_held_for_good_end_in_stuck_after_all_manoeuvres():
+    flat = exploring(FLAT)
+    flat.run(8.0)
+    flat.is_held = True
+    last = flat.run(240.0)
+    assert last.status is Status.STUCK
+    assert sum(event.startswith("the robot does not move") for event in flat.events) == 6
+    assert {decision.activity for decision in flat.decisions} >= {"recovering", "stuck"}
+    assert Reason.UNVISITED in flat.reasons()
+    assert not flat.reasons() & {Reason.TOO_NARROW, Reason.GAVE_UP, Reason.UNSAFE}
+
+
+def test_wheels_held_now_and_then_do_not_end_the_run():
+    flat = exploring(FLAT)
+    for _ in range(3):
+        flat.run(8.0)
+        flat.is_held = True
+        flat.run(5.0)
+        flat.is_held = False
+    assert sum(event.startswith("the robot does not move") for event in flat.events) >= 3
+    assert flat.run(300.0).status is Status.COMPLETE
+    assert flat.explored() > 0.99
+
+
+CORRIDOR = "\n".join(
+    ["#" * 60, "#" + "." * 58 + "#", "#...@" + "." * 54 + "#", "#" + "." * 58 + "#", "#" * 60]
+)
+
+
+def test_what_bars_the_way_but_is_not_in_the_map_is_unsafe_and_not_touched():
+    """The corridor is longer than the lidar sees; three metres ahead something has come down."""
+    hall = exploring(CORRIDOR, localizer=Sleepy(from_s=1.0))
+    hall.run(1.0)
+    hall.world.boxes = np.vstack((hall.world.boxes, [(4.5, 0.0, 4.6, 1.5)]))
+    last = hall.run(300.0)
+    assert last.status is Status.COMPLETE
+    assert Reason.UNSAFE in hall.reasons()
+    assert any("bars the way" in left.why for left in last.unknown_left)
+    assert hall.world.least_clearance_m > 0.0
+
+
+def test_glass_that_is_seen_from_near_only_is_not_touched():
+    hall = exploring(CORRIDOR)
+    hall.run(2.0)
+    walls, look = hall.world.boxes, hall.world.scan
+
+    def scan(beams=360, max_range_m=12.0):
+        hall.world.boxes = np.vstack((walls, [(4.5, 0.0, 4.55, 1.5)]))
+        near = look(beams, max_range_m)
+        hall.world.boxes = walls
+        return replace(near, ranges_m=np.where(near.ranges_m < 0.5, near.ranges_m, look().ranges_m))
+
+    hall.world.scan = scan
+    assert hall.run(400.0).status in (Status.COMPLETE, Status.SEALED_IN)
+    assert hall.world.pose.x_m < 4.5 - 0.17
+
+
+def test_certificate_before_the_end_lists_what_is_yet_to_be_visited():
+    flat = exploring(FLAT)
+    assert flat.explorer.certificate() == ()
+    flat.run(3.0)
+    assert Reason.UNVISITED in flat.reasons()
+    before = flat.run(3.0)
+    assert before.unknown_left == ()
+    assert len(flat.explorer.certificate()) == len(flat.explorer.map.frontiers)
+
+
+def test_a_blind_robot_stands():
+    flat = exploring(FLAT)
+    flat.run(5.0)
+    seen = flat.observe()
+    nothing = replace(seen.scan, ranges_m=np.full(360, math.nan))
+    decision = flat.explorer.decide(replace(seen, scan=nothing))
+    assert (decision.activity, decision.twist) == ("blind", Twist2.zero())
+
+
+def test_a_goal_is_dropped_in_the_scan_in_which_its_frontier_is_gone():
+    flat = exploring(FLAT)
+    goal = flat.run(30.0, until=lambda decision: decision.goal is not None).goal
+    grid = flat.explorer.grid
+    grid.log_odds[grid.state == Belief.UNKNOWN] = -3.0  # all is known of a sudden
+    grid.state[grid.state == Belief.UNKNOWN] = Belief.FREE
+    flat.explorer.map.replace(grid)
+    decision = flat.explorer.decide(flat.observe())
+    assert goal is not None
+    assert decision.goal is None or decision.goal.distance_m(goal) > 1.0
+
+
+def test_paths_end_at_viewpoints_and_goals_are_told():
+    flat = exploring(FLAT)
+    flat.run(20.0)
+    under_way = [d for d in flat.decisions if d.goal is not None and d.path is not None]
+    assert under_way
+    for decision in under_way:
+        assert math.dist(decision.path.goal, decision.goal.viewpoint_in_map) < 0.35
+    assert any(event.startswith("frontier at (") for event in flat.events)
+    assert under_way[0].stage_s.keys() >= {"localization", "mapping", "frontiers", "planning"}
+
+
+def test_nonsense_is_refused():
+    with pytest.raises(ValueError, match="reconsider_s"):
+        PaceConfig(reconsider_s=-1.0)
