@@ -31,8 +31,8 @@ def certify(
 
     unvisited: those of the frontiers that could still be looked into, where the run ends early.
 
-    Where the body cannot come as near as the nearest look, a gap too narrow for it is what is wrong,
-    however often it has looked from farther away.
+    Where the body cannot come up to a frontier, a gap too narrow for it is what is wrong, however often
+    the robot has looked in from a distance.
     """
     reached = np.isfinite(wave.cost_m)
     regions = np.empty(grid.shape, np.int32)
@@ -52,7 +52,7 @@ def certify(
             return Reason.UNVISITED, "in reach and worth a look, but the run ended first"
         failed = looks.at(frontier, grid)
         away_m = float(away[frontier.cells[:, 1], frontier.cells[:, 0]].min()) * grid.frame.resolution_m
-        if failed and away_m < goals.look_from_m[-1]:
+        if failed and away_m < body_radius_m + 2.0 * grid.frame.resolution_m:
             return failed[-1].reason, f"{len(failed)} tries: {failed[-1].why}"
         body = f"a body {2.0 * body_radius_m:.2f} m wide"
         return Reason.TOO_NARROW, f"{body} comes no nearer than {away_m:.2f} m and sees no further from there"
