@@ -34,6 +34,10 @@ class MotionConfig(Positive):
     """And so far for a radian turned."""
     window_rad_per_m: float = 0.2
     """And so far for a metre travelled."""
+    max_window_m: float = 0.8
+    """But never farther, so as not to hold up the robot. A scan that then fits badly gets a second look."""
+    max_window_rad: float = 0.6
+    """And never turns farther."""
     blind_sigma_m: float = 0.15
     """Without odometry: standard deviation of a step from the last one repeated."""
     blind_sigma_rad: float = 0.10
@@ -78,10 +82,11 @@ class MotionModel:
         metres, turn = math.hypot(step.x_m, step.y_m), abs(step.yaw_rad)
         sigma_m = c.sigma_m + c.sigma_m_per_m * metres
         sigma_rad = c.sigma_rad + c.sigma_rad_per_rad * turn + c.sigma_rad_per_m * metres
-        window_m = c.window_m + c.window_m_per_m * metres
+        window_m = max(c.window_m + c.window_m_per_m * metres, 3.0 * sigma_m)
         window_rad = c.window_rad + c.window_rad_per_rad * turn + c.window_rad_per_m * metres
+        window_rad = max(window_rad, 3.0 * sigma_rad)
         return Prediction(
-            step, sigma_m, sigma_rad, max(window_m, 3.0 * sigma_m), max(window_rad, 3.0 * sigma_rad)
+            step, sigma_m, sigma_rad, min(window_m, c.max_window_m), min(window_rad, c.max_window_rad)
         )
 
     def forget_odometry(self) -> None:
