@@ -3,68 +3,34 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
 from occmap.certificate import certify
-from occmap.clearance import ClearanceConfig
 from occmap.decision import Decision, Reason, Status, UnknownLeft
-from occmap.ending import Ending, EndingConfig
-from occmap.follower import Follower, FollowerConfig
-from occmap.frontiers import Frontier, FrontierConfig
+from occmap.ending import Ending
+from occmap.explorer_config import ExplorerConfig
+from occmap.follower import Follower
+from occmap.frontiers import Frontier
 from occmap.geometry import Pose2, Twist2
 from occmap.goal_search import GoalSearch
-from occmap.goals import SAME_GOAL_M, Goal, GoalChooser, GoalConfig
-from occmap.grid import GridConfig, OccupancyGrid
+from occmap.goals import SAME_GOAL_M, Goal, GoalChooser
+from occmap.grid import OccupancyGrid
 from occmap.living_map import LivingMap
 from occmap.localization.localizer import Localizer, OdometryLocalizer
 from occmap.memory import FailedLooks
 from occmap.mobility import Mobility
-from occmap.planner import Planner, PlannerConfig, Wavefront
-from occmap.pursuit import Failure, Learning, Pursuit, PursuitConfig
-from occmap.recovery import RecoveryConfig
+from occmap.planner import Planner, Wavefront
+from occmap.pursuit import Failure, Learning, Pursuit
 from occmap.scan import Observation
-from occmap.sensor_model import SensorModelConfig
 from occmap.stopwatch import Stopwatch
-from occmap.stuck import StuckConfig
+
+__all__ = ["Explorer", "ExplorerConfig"]
 
 BLIND_SHARE = 0.9
 """With more of its beams failed, a scan says too little to act on."""
-
-
-@dataclass(frozen=True)
-class PaceConfig:
-    """When the explorer thinks again."""
-
-    first_look_s: float = 0.5
-    """It stands still this long at first: a cell takes a few scans to be believed free."""
-    reconsider_s: float = 2.0
-    """While a goal is good, its rivals are weighed this often."""
-
-    def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            if not (math.isfinite(value) and value >= 0.0):
-                raise ValueError(f"{name} must not be negative, got {value}")
-
-
-@dataclass(frozen=True)
-class ExplorerConfig:
-    """The robot's mind, part by part."""
-
-    grid: GridConfig = field(default_factory=GridConfig)
-    sensor_model: SensorModelConfig = field(default_factory=SensorModelConfig)
-    clearance: ClearanceConfig = field(default_factory=ClearanceConfig)
-    frontiers: FrontierConfig = field(default_factory=FrontierConfig)
-    goals: GoalConfig = field(default_factory=GoalConfig)
-    planner: PlannerConfig = field(default_factory=PlannerConfig)
-    follower: FollowerConfig = field(default_factory=FollowerConfig)
-    pursuit: PursuitConfig = field(default_factory=PursuitConfig)
-    stuck: StuckConfig = field(default_factory=StuckConfig)
-    recovery: RecoveryConfig = field(default_factory=RecoveryConfig)
-    pace: PaceConfig = field(default_factory=PaceConfig)
-    ending: EndingConfig = field(default_factory=EndingConfig)
 
 
 class Explorer:

@@ -195,13 +195,16 @@ def share_with_neighbour(mask, cells, radius):
 
 @njit(cache=True)
 def share_beside_unknown(state, cells):
-    """Share of the cells that are free with an unknown 4-neighbour: frontier, a wall's rim or not."""
+    """Share of the cells that are free with an unknown 4-neighbour: frontier, a wall's rim or not.
+
+    As for the frontier map, all is unknown beyond the array.
+    """
     ny, nx = state.shape
     found = 0
     for k in range(cells.shape[0]):
         x, y = cells[k, 0], cells[k, 1]
-        if x < 1 or y < 1 or x >= nx - 1 or y >= ny - 1 or state[y, x] == OCCUPIED or state[y, x] == UNKNOWN:
+        if x < 0 or y < 0 or x >= nx or y >= ny or state[y, x] == OCCUPIED or state[y, x] == UNKNOWN:
             continue
-        around = state[y, x - 1] == UNKNOWN or state[y, x + 1] == UNKNOWN
-        found += around or state[y - 1, x] == UNKNOWN or state[y + 1, x] == UNKNOWN
+        beside = x == 0 or state[y, x - 1] == UNKNOWN or x == nx - 1 or state[y, x + 1] == UNKNOWN
+        found += beside or y == 0 or state[y - 1, x] == UNKNOWN or y == ny - 1 or state[y + 1, x] == UNKNOWN
     return found / max(1, cells.shape[0])

@@ -71,11 +71,11 @@ class FailedLooks:
         ]
 
     def _are_joined(self, a: tuple[float, float], b: tuple[float, float], grid: OccupancyGrid) -> bool:
-        """Whether no wall is between: what is behind it is another frontier."""
+        """Whether no wall is between a place and a frontier cell: what is behind it is another frontier."""
         cell = grid.frame.cell_at(*a)
         if not grid.contains(*cell):
             return False
-        return self._kernels.sees(grid.state, *grid.frame.cell_at(*b), *cell, grid.state.size)
+        return self._kernels.sees(grid.state, *cell, *grid.frame.cell_at(*b), grid.state.size)
 
 
 def _middle(places: Points) -> tuple[float, float]:

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from occmap.decision import Reason, Status
-from occmap.explorer import ExplorerConfig, PaceConfig
+from occmap.explorer import ExplorerConfig
+from occmap.explorer_config import PaceConfig
 from occmap.geometry import Twist2
 from occmap.goals import GoalConfig
 from occmap.grid import Belief

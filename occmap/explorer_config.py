@@ -1,0 +1,51 @@
+"""What can be told to an explorer before it sets out."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from occmap.clearance import ClearanceConfig
+from occmap.ending import EndingConfig
+from occmap.follower import FollowerConfig
+from occmap.frontiers import FrontierConfig
+from occmap.goals import GoalConfig
+from occmap.grid import GridConfig
+from occmap.planner import PlannerConfig
+from occmap.pursuit import PursuitConfig
+from occmap.recovery import RecoveryConfig
+from occmap.sensor_model import SensorModelConfig
+from occmap.stuck import StuckConfig
+
+
+@dataclass(frozen=True)
+class PaceConfig:
+    """When the explorer thinks again."""
+
+    first_look_s: float = 0.5
+    """It stands still this long at first: a cell takes a few scans to be believed free."""
+    reconsider_s: float = 2.0
+    """While a goal is good, its rivals are weighed this often."""
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if not (math.isfinite(value) and value >= 0.0):
+                raise ValueError(f"{name} must not be negative, got {value}")
+
+
+@dataclass(frozen=True)
+class ExplorerConfig:
+    """The robot's mind, part by part."""
+
+    grid: GridConfig = field(default_factory=GridConfig)
+    sensor_model: SensorModelConfig = field(default_factory=SensorModelConfig)
+    clearance: ClearanceConfig = field(default_factory=ClearanceConfig)
+    frontiers: FrontierConfig = field(default_factory=FrontierConfig)
+    goals: GoalConfig = field(default_factory=GoalConfig)
+    planner: PlannerConfig = field(default_factory=PlannerConfig)
+    follower: FollowerConfig = field(default_factory=FollowerConfig)
+    pursuit: PursuitConfig = field(default_factory=PursuitConfig)
+    stuck: StuckConfig = field(default_factory=StuckConfig)
+    recovery: RecoveryConfig = field(default_factory=RecoveryConfig)
+    pace: PaceConfig = field(default_factory=PaceConfig)
+    ending: EndingConfig = field(default_factory=EndingConfig)
