@@ -186,7 +186,7 @@ class GoalSearch:
         found = (
             self.chooser.goal_into_nook(edge, grid, wave, 0.5 * max_range_m)
             for edge in every_edge.clusters(grid)
-            if self.chooser.is_nook(edge, grid) and not self.looks.at(edge, grid)
+            if not self.looks.at(edge, grid)
         )
         return [goal for goal in found if goal is not None]
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from occmap.frontiers import Frontier
 from occmap.geometry import Points, Pose2
@@ -24,7 +25,7 @@ GONE_SHARE = 0.25
 
 TARGETS = 6
 """A frontier is sampled at so many places to tell what is seen of it."""
-NOOK_DEPTH_M = 0.1
+NOOK_DEPTH_M = 0.35
 """A nook is at least this deep."""
 
 Strategy = Literal["nearest", "utility"]
@@ -49,7 +50,7 @@ class GoalConfig:
     """Those looks are aimed this deep into the unknown: what grazes a frontier only moves it on a little."""
     min_frontier_m: float = 0.2
     """A shorter frontier is a speck: no gap that the body fits through is this narrow."""
-    min_nook_m: float = 0.3
+    min_nook_m: float = 0.15
     """When nothing else is left, edges of the unknown along walls get one look if they are this long."""
     hysteresis_m: float = 1.0
     """Another goal must be better by this much before a good one is abandoned for it."""
@@ -151,9 +152,22 @@ class GoalChooser:
         """
         deepest = max(1, round(into_m / grid.frame.resolution_m))
         targets = self._kernels.unknown_beyond(grid.state, frontier.cells, TARGETS, deepest)
+        return self._goal_seeing(targets, frontier, grid, wave, from_m + into_m, stride, within_m)
+
+    def _goal_seeing(
+        self,
+        targets: NDArray[np.int64],
+        frontier: Frontier,
+        grid: OccupancyGrid,
+        wave: Wavefront,
+        reach_m: float,
+        stride: int = 2,
+        within_m: float = math.inf,
+    ) -> Goal | None:
+        """A goal at the cheapest place that sees targets (n, 3), x, y and depth, from at most reach_m."""
         if not len(targets):
             return None
-        reach = max(1, int((from_m + into_m) / grid.frame.resolution_m))
+        reach = max(1, int(reach_m / grid.frame.resolution_m))
         cost, below = wave.fixed_point(within_m)
         ix, iy = self._kernels.find_viewpoint(grid.state, cost, below, targets, reach, stride)
         if ix < 0:
@@ -174,30 +188,29 @@ class GoalChooser:
         )
 
     def goal_into_nook(
-        self, nook: Frontier, grid: OccupancyGrid, wave: Wavefront, from_m: float
+        self, mouth: Frontier, grid: OccupancyGrid, wave: Wavefront, from_m: float
     ) -> Goal | None:
-        """The same for a slit between obstacles: as deep a look as there is a place for."""
+        """The same for a slit between obstacles: as deep a look as there is a place for.
+
+        A slit is told from a wall's cells that flicker by its depth, by several lines that lead into it,
+        and by no beam ever having got there.
+        """
+        r = grid.frame.resolution_m
+        if mouth.size * r < self.config.min_nook_m:
+            return None
         for into_m in self.config.look_into_m:
-            goal = self.goal_for(nook, grid, wave, from_m, into_m)
+            deepest = max(1, round(into_m / r))
+            least = max(1, round(max(0.5 * into_m, NOOK_DEPTH_M) / r))
+            inside = self._kernels.unknown_inside(grid.state, mouth.cells, least, deepest)
+            belief = grid.log_odds[inside[:, 1], inside[:, 0]]
+            untouched = inside[np.abs(belief - grid.prior_log_odds) < 0.1]
+            if len(untouched) < TARGETS:
+                continue
+            sample = untouched[:: len(untouched) // TARGETS].copy()
+            goal = self._goal_seeing(sample, mouth, grid, wave, from_m + into_m)
             if goal is not None:
                 return replace(goal, is_nook=True)
         return None
-
-    def is_nook(self, edge: Frontier, grid: OccupancyGrid) -> bool:
-        """Whether an edge along walls hides a space, rather than a wall cell that flickers.
-
-        It is long enough, and most of what lies beyond is deeper than a cell and was never touched by a beam.
-        """
-        r = grid.frame.resolution_m
-        if edge.size * r < self.config.min_nook_m:
-            return False
-        beyond = self._kernels.unknown_beyond(
-            grid.state, edge.cells, TARGETS, max(1, round(NOOK_DEPTH_M / r))
-        )
-        deep = beyond[beyond[:, 2] * r >= NOOK_DEPTH_M - 1e-6]
-        belief = grid.log_odds[deep[:, 1], deep[:, 0]]
-        untouched = np.abs(belief - grid.prior_log_odds) < 0.1
-        return bool(2 * np.count_nonzero(untouched) > len(beyond))
 
     def _gain_m2(self, frontier: Frontier, grid: OccupancyGrid, ix: int, iy: int) -> float:
         r = grid.frame.resolution_m

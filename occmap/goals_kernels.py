@@ -51,8 +51,7 @@ def unknown_beyond(state, cells, limit, deepest):
     """Up to `limit` cells in the unknown beyond a frontier, spread evenly along it: (k, 3), x, y and depth.
 
     Each lies straight beyond a frontier cell, `deepest` cells on or as far as the unknown goes.
-    Unknown beside an occupied cell is a wall's rim: it is taken only where a frontier has nothing else,
-    and then in whichever of eight directions it goes deepest, as into a slit.
+    Unknown beside an occupied cell is a wall's rim: it is taken only where a frontier has nothing else.
     """
     clear = np.empty((limit, 3), np.int64)
     rim = np.empty((limit, 3), np.int64)
@@ -62,21 +61,17 @@ def unknown_beyond(state, cells, limit, deepest):
     while position < cells.shape[0] and n_clear < limit:
         x, y = cells[int(position), 0], cells[int(position), 1]
         position += step
-        deepest_x, deepest_y, depth_there = x, y, 0
-        is_clear = False
-        for dx, dy in ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, 1), (1, -1), (-1, -1)):
+        for dx, dy in ((1, 0), (-1, 0), (0, 1), (0, -1)):
             depth = unknown_depth(state, x, y, dx, dy, deepest)
-            if depth > depth_there:
-                deepest_x, deepest_y, depth_there = x + depth * dx, y + depth * dy, depth
-            if depth > 0 and dx * dy == 0 and not beside_occupied(state, x + dx, y + dy):
-                is_clear = True
+            if depth == 0:
+                continue
+            if not beside_occupied(state, x + dx, y + dy):
+                clear[n_clear] = x + depth * dx, y + depth * dy, depth
+                n_clear += 1
                 break
-        if is_clear:
-            clear[n_clear] = x + depth * dx, y + depth * dy, depth
-            n_clear += 1
-        elif depth_there > 0 and n_rim < limit:
-            rim[n_rim] = deepest_x, deepest_y, depth_there
-            n_rim += 1
+            if n_rim < limit:
+                rim[n_rim] = x + depth * dx, y + depth * dy, depth
+                n_rim += 1
     return clear[:n_clear] if n_clear else rim[:n_rim]
 
 
@@ -208,3 +203,22 @@ def share_beside_unknown(state, cells):
         beside = x == 0 or state[y, x - 1] == UNKNOWN or x == nx - 1 or state[y, x + 1] == UNKNOWN
         found += beside or y == 0 or state[y - 1, x] == UNKNOWN or y == ny - 1 or state[y + 1, x] == UNKNOWN
     return found / max(1, cells.shape[0])
+
+
+@njit(cache=True)
+def unknown_inside(state, cells, least, deepest):
+    """Cells deep in the unknown behind a narrow mouth, (k, 3), x, y and depth in steps.
+
+    From every cell of the mouth straight on in each of eight directions, `deepest` steps or as far as
+    the unknown goes, and at least `least`: whichever way a slit runs, one of them is within 22.5 degrees.
+    """
+    found = np.empty((8 * cells.shape[0], 3), np.int64)
+    n = 0
+    for k in range(cells.shape[0]):
+        x, y = cells[k, 0], cells[k, 1]
+        for dx, dy in ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, 1), (1, -1), (-1, -1)):
+            depth = unknown_depth(state, x, y, dx, dy, deepest)
+            if depth >= least:
+                found[n] = x + depth * dx, y + depth * dy, depth
+                n += 1
+    return found[:n]

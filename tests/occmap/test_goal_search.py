@@ -173,12 +173,9 @@ def test_what_cannot_be_looked_at_from_near_is_looked_at_through_the_slot():
 
 
 def test_when_nothing_else_is_left_nooks_are_looked_into_once():
-    picture = """###########
-                 #.........#
-                 #.........#
-                 #.???????.#
-                 ###########"""
-    scene = Searching(picture, resolution_m=0.1)
+    upper = ["#" * 11 + "??????" + "#" * 5] * 12
+    picture = "\n".join(["#" * 22, *upper, *["#" + "." * 20 + "#"] * 20, "#" * 22])
+    scene = Searching(picture, (10, 10), resolution_m=0.05, body=None)
     scene.frontiers = []  # the frontier map leaves rims out
     best = scene.run().best
     assert best is not None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -81,13 +82,14 @@ def beyond_twin(state, cells, limit, deepest):
     while position < len(cells) and len(clear) < limit:
         x, y = cells[int(position)].tolist()
         position += step
-        depths = {way: depth_of(x, y, *way) for way in EIGHT}
-        straight = [way for way in EIGHT[:4] if depths[way] and not beside_wall(x + way[0], y + way[1])]
-        if straight:
-            clear.append((straight[0], depths[straight[0]], x, y))
-        elif any(depths.values()) and len(rim) < limit:
-            deepest_way = max(EIGHT, key=lambda way: depths[way])
-            rim.append((deepest_way, depths[deepest_way], x, y))
+        depths = {way: depth_of(x, y, *way) for way in EIGHT[:4]}
+        ways = [way for way in EIGHT[:4] if depths[way]]
+        free = [k for k, way in enumerate(ways) if not beside_wall(x + way[0], y + way[1])]
+        beside = ways[: free[0]] if free else ways
+        rim += [(way, depths[way], x, y) for way in beside]
+        if free:
+            clear.append((ways[free[0]], depths[ways[free[0]]], x, y))
+    rim = rim[:limit]
     return [(x + depth * dx, y + depth * dy, depth) for (dx, dy), depth, x, y in clear or rim]
 
 
@@ -100,6 +102,29 @@ def test_the_unknown_beyond_equals_its_twin(seed):
         some = np.ascontiguousarray(cells[seed : seed + n])
         found = kernels.unknown_beyond(state, some, limit, deepest)
         assert [tuple(row) for row in found.tolist()] == beyond_twin(state, some, limit, deepest)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_unknown_inside_equals_its_twin(seed):
+    state = some_state(seed, p=(0.7, 0.25, 0.05))
+    iy, ix = np.nonzero(state == Belief.FREE)
+    mouth = np.ascontiguousarray(np.column_stack((ix, iy))[seed : seed + 30])
+    expected = []
+    for x, y in mouth.tolist():
+        for dx, dy in EIGHT:
+            run = itertools.takewhile(
+                lambda k, x=x, y=y, dx=dx, dy=dy: (
+                    0 <= x + k * dx < state.shape[1]
+                    and 0 <= y + k * dy < state.shape[0]
+                    and state[y + k * dy, x + k * dx] == Belief.UNKNOWN
+                ),
+                range(1, 7),
+            )
+            depth = len(list(run))
+            if depth >= 2:
+                expected.append([x + depth * dx, y + depth * dy, depth])
+    assert expected
+    assert kernels.unknown_inside(state, mouth, 2, 6).tolist() == expected
 
 
 def test_what_lies_beyond_is_unknown_and_straight_ahead():
