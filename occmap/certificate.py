@@ -55,7 +55,7 @@ def certify(
         if failed and away_m < body_radius_m + 2.0 * grid.frame.resolution_m:
             return failed[-1].reason, f"{len(failed)} tries: {failed[-1].why}"
         body = f"a body {2.0 * body_radius_m:.2f} m wide"
-        return Reason.TOO_NARROW, f"{body} comes no nearer than {away_m:.2f} m and sees no further from there"
+        return Reason.TOO_NARROW, f"{body} comes no nearer than {away_m:.2f} m"
 
     return tuple(
         UnknownLeft(frontier.centroid_in_map, frontier.size * grid.frame.resolution_m, *reason_for(frontier))

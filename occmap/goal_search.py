@@ -166,13 +166,14 @@ class GoalSearch:
         max_range_m: float,
     ) -> list[Goal]:
         """Through a slot or from a narrow passage: worth fewer tries than a look from near."""
-        for from_m in (self.chooser.config.look_from_m[0], 0.5 * max_range_m, max_range_m):
+        config = self.chooser.config
+        near_m = config.look_from_m[0]
+        for from_m in (near_m, 0.5 * max_range_m, max_range_m):
             found = (
-                self.chooser.goal_for(
-                    frontier, grid, wave, from_m, self.chooser.config.look_into_m[-1], stride=1
-                )
+                self.chooser.goal_for(frontier, grid, wave, from_m, config.look_into_m[-1], stride=1)
                 for frontier, failed in frontiers
                 if failed < FAR_LOOKS
+                and (from_m <= near_m or frontier.size * grid.frame.resolution_m >= config.min_far_frontier_m)
             )
             goals = [goal for goal in found if goal is not None]
             if goals:

@@ -50,6 +50,8 @@ class GoalConfig:
     """Those looks are aimed this deep into the unknown: what grazes a frontier only moves it on a little."""
     min_frontier_m: float = 0.2
     """A shorter frontier is a speck: no gap that the body fits through is this narrow."""
+    min_far_frontier_m: float = 0.5
+    """One that can only be seen from farther away than any usual look must be this long."""
     min_nook_m: float = 0.15
     """When nothing else is left, edges of the unknown along walls get one look if they are this long."""
     hysteresis_m: float = 1.0
@@ -62,7 +64,7 @@ class GoalConfig:
             raise ValueError(f"gain must be raycast or size, got {self.gain!r}")
         if not (math.isfinite(self.lambda_m_per_m2) and self.lambda_m_per_m2 >= 0.0):
             raise ValueError(f"lambda must not be negative, got {self.lambda_m_per_m2}")
-        for name in ("gain_range_m", "min_frontier_m", "min_nook_m", "hysteresis_m"):
+        for name in ("gain_range_m", "min_frontier_m", "min_far_frontier_m", "min_nook_m", "hysteresis_m"):
             if not (math.isfinite(getattr(self, name)) and getattr(self, name) >= 0.0):
                 raise ValueError(f"{name} must not be negative, got {getattr(self, name)}")
         looks_m = (*self.look_from_m, *self.look_into_m)
