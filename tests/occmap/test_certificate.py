@@ -65,7 +65,7 @@ def test_too_narrow():
     scene = Scene("\n".join([50 * "#", *rows, 50 * "#"]), (10, 10), resolution_m=0.05, body=None)
     (left,) = certificate(scene)
     assert left.reason is Reason.TOO_NARROW
-    assert re.fullmatch(r"a body 0.34 m wide comes no nearer than \d.\d\d m and sees no .* there", left.why)
+    assert re.fullmatch(r"a body 0.34 m wide comes no nearer than \d.\d\d m", left.why)
 
 
 @pytest.mark.parametrize("reason", [Reason.GAVE_UP, Reason.UNSAFE])
