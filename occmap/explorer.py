@@ -153,8 +153,9 @@ class Explorer:
             return True
         if pursuit.has_arrived or pursuit.is_void:
             return pursuit.is_void
-        is_due = now_s - self._considered_s >= self.config.pace.reconsider_s
-        return is_due or self._is_blocked(pursuit)
+        pace = self.config.pace
+        every_s = pace.reconsider_nook_s if pursuit.goal.is_nook else pace.reconsider_s
+        return now_s - self._considered_s >= every_s or self._is_blocked(pursuit)
 
     def _think(self, seen: Observation, here: Pose2) -> None:
         """Choose a goal and a path to it; if there is none to be had for a while, end."""

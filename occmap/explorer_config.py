@@ -26,6 +26,8 @@ class PaceConfig:
     """It stands still this long at first: a cell takes a few scans to be believed free."""
     reconsider_s: float = 2.0
     """While a goal is good, its rivals are weighed this often."""
+    reconsider_nook_s: float = 10.0
+    """A nook has no rivals but other nooks: it is weighed less often."""
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():

@@ -187,7 +187,7 @@ class GoalSearch:
         found = (
             self.chooser.goal_into_nook(edge, grid, wave, 0.5 * max_range_m)
             for edge in every_edge.clusters(grid)
-            if not self.looks.at(edge, grid)
+            if self.chooser.may_be_nook(edge, grid) and not self.looks.at(edge, grid)
         )
         return [goal for goal in found if goal is not None]
 

@@ -189,6 +189,10 @@ class GoalChooser:
             watched_in_map=grid.frame.map_from_cell(watched),
         )
 
+    def may_be_nook(self, edge: Frontier, grid: OccupancyGrid) -> bool:
+        """Whether an edge along walls is long enough to be the mouth of a slit."""
+        return edge.size * grid.frame.resolution_m >= self.config.min_nook_m
+
     def goal_into_nook(
         self, mouth: Frontier, grid: OccupancyGrid, wave: Wavefront, from_m: float
     ) -> Goal | None:
@@ -197,9 +201,9 @@ class GoalChooser:
         A slit is told from a wall's cells that flicker by its depth, by several lines that lead into it,
         and by no beam ever having got there.
         """
-        r = grid.frame.resolution_m
-        if mouth.size * r < self.config.min_nook_m:
+        if not self.may_be_nook(mouth, grid):
             return None
+        r = grid.frame.resolution_m
         for into_m in self.config.look_into_m:
             deepest = max(1, round(into_m / r))
             least = max(1, round(max(0.5 * into_m, NOOK_DEPTH_M) / r))
