@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import ndimage
 
 from occmap.decision import Reason, UnknownLeft
@@ -16,6 +18,9 @@ if TYPE_CHECKING:
     from occmap.goals import GoalConfig
     from occmap.memory import FailedLooks
     from occmap.planner import Wavefront
+
+FAR_M = 3.0
+"""Farther than this from anywhere the body can be is far."""
 
 
 def certify(
@@ -34,12 +39,11 @@ def certify(
     Where the body cannot come up to a frontier, a gap too narrow for it is what is wrong, however often
     the robot has looked in from a distance.
     """
-    reached = np.isfinite(wave.cost_m)
+    cost, below = wave.fixed_point()
+    reached = cost < below
     regions = np.empty(grid.shape, np.int32)
     ndimage.label(grid.state == Belief.FREE, output=regions)
     own_regions = np.unique(regions[reached])
-    away = np.empty(grid.shape, np.float64)  # in cells
-    ndimage.distance_transform_edt(~reached, distances=away)
 
     def reason_for(frontier: Frontier) -> tuple[Reason, str]:
         size_m = frontier.size * grid.frame.resolution_m
@@ -51,13 +55,26 @@ def certify(
         if any(frontier is other for other in unvisited):
             return Reason.UNVISITED, "in reach and worth a look, but the run ended first"
         failed = looks.at(frontier, grid)
-        away_m = float(away[frontier.cells[:, 1], frontier.cells[:, 0]].min()) * grid.frame.resolution_m
+        away_m = _distance_m(frontier, grid, reached)
         if failed and away_m < body_radius_m + 2.0 * grid.frame.resolution_m:
             return failed[-1].reason, f"{len(failed)} tries: {failed[-1].why}"
         body = f"a body {2.0 * body_radius_m:.2f} m wide"
-        return Reason.TOO_NARROW, f"{body} comes no nearer than {away_m:.2f} m"
+        return Reason.TOO_NARROW, f"{body} comes no nearer than {min(away_m, FAR_M):.2f} m"
 
     return tuple(
         UnknownLeft(frontier.centroid_in_map, frontier.size * grid.frame.resolution_m, *reason_for(frontier))
         for frontier in frontiers
     )
+
+
+def _distance_m(frontier: Frontier, grid: OccupancyGrid, reached: NDArray[np.bool_]) -> float:
+    """From a frontier to where the body can be; inf beyond FAR_M."""
+    reach = round(FAR_M / grid.frame.resolution_m)
+    low = np.maximum(frontier.cells.min(axis=0) - reach, 0)
+    high = frontier.cells.max(axis=0) + reach + 1
+    window = reached[low[1] : high[1], low[0] : high[0]]
+    if not window.any():
+        return math.inf
+    away = ndimage.distance_transform_edt(~window, return_indices=False)
+    ix, iy = (frontier.cells - low).T
+    return float(np.asarray(away)[iy, ix].min()) * grid.frame.resolution_m
