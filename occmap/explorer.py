@@ -109,7 +109,8 @@ class Explorer:
         """The activity of the moment and its twist."""
         if self._is_looking_around(seen.time_s):
             return "looking", Twist2.zero()
-        if self.status is Status.EXPLORING and np.isnan(seen.scan.ranges_m).mean() > BLIND_SHARE:
+        failed = np.count_nonzero(np.isnan(seen.scan.ranges_m))
+        if self.status is Status.EXPLORING and failed > BLIND_SHARE * len(seen.scan.ranges_m):
             return "blind", Twist2.zero()
         manoeuvre = self._recover(seen, here) if self.status is Status.EXPLORING else None
         if manoeuvre is not None:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from occmap.clearance import ClearanceConfig, ClearanceMap
 from occmap.frontiers import Frontier, FrontierConfig, FrontierMap
 from occmap.geometry import Pose2
-from occmap.grid import Belief, GridConfig, OccupancyGrid
+from occmap.grid import GridConfig, OccupancyGrid
 from occmap.mapper import GridChange, Mapper
 from occmap.scan import Scan
 from occmap.sensor_model import SensorModelConfig
@@ -62,8 +62,8 @@ class LivingMap:
 
     @property
     def known_m2(self) -> float:
-        """How much of the map is free or occupied. Costs the whole map."""
-        return float(np.count_nonzero(self.grid.state != Belief.UNKNOWN)) * self.grid.frame.resolution_m**2
+        """How much of the map is free or occupied, that is, not Belief.UNKNOWN, 0. Costs the whole map."""
+        return float(np.count_nonzero(self.grid.state)) * self.grid.frame.resolution_m**2
 
     def holds(self, place: Pose2) -> bool:
         """Whether the grid reaches to where somebody is."""
