@@ -45,11 +45,8 @@ def recording(seed: int) -> Iterator[Figure]:
     experiment = prepare(ExperimentConfig(seed=seed, time_limit_s=120.0))
     with tempfile.TemporaryDirectory() as place:
         file = Path(place) / "recording.rrd"
-        truth, world_from_map = experiment.scorer.truth, experiment.world_from_map
-        done = run(
-            experiment,
-            lambda curve: [RerunRecorder(file, experiment.building, world_from_map, curve, truth)],
-        )
+        setting, truth = experiment.setting, experiment.scorer.truth
+        done = run(experiment, lambda curve: [RerunRecorder(file, setting, curve, truth)])
         laps_s = done.stopwatch.laps_s["recording"]
         yield Figure("recording", 1e3 * sum(laps_s) / len(laps_s), "ms a scan", "1")
         yield Figure(

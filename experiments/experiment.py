@@ -7,6 +7,7 @@ from typing import Any
 
 from experiments.config import ExperimentConfig
 from experiments.outcome import Outcome
+from experiments.recorders.setting import Setting
 from experiments.scoring import Scorer
 from experiments.streams import Streams
 from occmap.explorer import Explorer
@@ -49,6 +50,11 @@ class Experiment:
     def world_from_map(self) -> Pose2:
         """The true start: the map's frame is the robot's pose at its first scan."""
         return self.scorer.world_from_map
+
+    @property
+    def setting(self) -> Setting:
+        """What recorders need to know beforehand."""
+        return Setting(self.building, self.world_from_map, self.robot.world.closing)
 
     def scorer_at_the_end(self, outcome: Outcome) -> Scorer:
         """The scorer to judge a last word by: a closed world offers only what can still be reached."""

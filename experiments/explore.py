@@ -79,18 +79,17 @@ def recorders_of(
     from experiments.recorders.coverage_plot import CoveragePlot
 
     def recorders(curve: ScoreCurve) -> list[Recorder]:
-        building, world_from_map = experiment.building, experiment.world_from_map
         watchers: list[Recorder] = [ProgressBar(curve)]
-        watchers.append(CoveragePlot(folder / run_folder.PLOT, curve, building.name))
+        watchers.append(CoveragePlot(folder / run_folder.PLOT, curve, experiment.building.name))
         if command.record:
             from experiments.recorders.rerun_recorder import RerunRecorder
 
             path = folder / run_folder.RECORDING
-            watchers.append(RerunRecorder(path, building, world_from_map, curve, experiment.scorer.truth))
+            watchers.append(RerunRecorder(path, experiment.setting, curve, experiment.scorer.truth))
         if command.video:
             from experiments.recorders.video_recorder import VideoRecorder
 
-            watchers.append(VideoRecorder(folder / run_folder.VIDEO, building, world_from_map, curve))
+            watchers.append(VideoRecorder(folder / run_folder.VIDEO, experiment.setting, curve))
         return watchers
 
     return recorders

@@ -51,10 +51,7 @@ def draw(said: Growth) -> int:
     experiment = prepare(said.experiment.pinned())
 
     def recorders(curve: ScoreCurve) -> list[Recorder]:
-        picture = GrowthPicture(
-            said.out, experiment.building, experiment.world_from_map, curve, said.panels, said.panel_width_px
-        )
-        return [picture]
+        return [GrowthPicture(said.out, experiment.setting, curve, said.panels, said.panel_width_px)]
 
     return run(experiment, recorders).outcome.exit_status
 

@@ -10,10 +10,9 @@ import numpy as np
 from PIL import Image
 
 from experiments.recorders.captions import PAPER, progress, write
+from experiments.recorders.setting import Setting
 from experiments.recorders.snapshots import Snapshot, SnapshotLog
 from experiments.recorders.top_view import TopView, draw_snapshot
-from occmap.geometry import Pose2
-from sim.building import Building
 
 if TYPE_CHECKING:
     from experiments.curves import ScoreCurve
@@ -28,8 +27,7 @@ class GrowthPicture:
     def __init__(
         self,
         path: Path,
-        building: Building,
-        world_from_map: Pose2,
+        setting: Setting,
         curve: ScoreCurve,
         panels: int = 6,
         panel_width_px: int = 400,
@@ -37,11 +35,11 @@ class GrowthPicture:
         if path.suffix not in (".png", ".gif"):
             raise ValueError(f"a growth picture is a .png or a .gif, got {path}")
         self._path = path
-        self._world_from_map = world_from_map
+        self._world_from_map = setting.world_from_map
         self._panels = panels
-        span_x, span_y = np.subtract(building.high_m, building.low_m)
-        self._view = TopView(building, (panel_width_px, round(panel_width_px * span_y / span_x)))
-        self._log = SnapshotLog(world_from_map, curve, capacity=100)
+        span_x, span_y = np.subtract(setting.building.high_m, setting.building.low_m)
+        self._view = TopView(setting.building, (panel_width_px, round(panel_width_px * span_y / span_x)))
+        self._log = SnapshotLog(setting.world_from_map, curve, capacity=100)
 
     def record(self, step: Step) -> None:
         """Keep a snapshot now and then."""

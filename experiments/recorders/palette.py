@@ -36,6 +36,7 @@ SOLIDS: dict[str, Rgb] = {
     "furniture": (186, 140, 96),
     "shelf": (140, 112, 86),
 }
+DOOR: Rgb = (204, 69, 56)
 OTHER_SOLID: Rgb = (160, 150, 140)
 
 ACTIVITIES: dict[str, Rgb] = {

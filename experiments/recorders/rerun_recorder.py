@@ -19,9 +19,8 @@ from experiments.recorders.belief_tiles import BeliefTiles, Tile
 from experiments.recorders.frontiers import cells_in_map, chosen_frontier, frontier_colour
 from experiments.recorders.rerun_blueprint import TIMELINE, blueprint
 from experiments.recorders.rerun_motion import MotionColumns, Points32, lifted
-from experiments.recorders.rerun_scene import FRONTIER_Z_M, PATH_Z_M, log_scene
-from occmap.geometry import Pose2
-from sim.building import Building
+from experiments.recorders.rerun_scene import FRONTIER_Z_M, PATH_Z_M, log_doors, log_scene
+from experiments.recorders.setting import Setting
 
 if TYPE_CHECKING:
     from experiments.curves import Sample, ScoreCurve
@@ -62,24 +61,25 @@ class RerunRecorder:
     def __init__(
         self,
         path: Path,
-        building: Building,
-        world_from_map: Pose2,
+        setting: Setting,
         curve: ScoreCurve,
         truth: TruthGrid | None = None,
         config: RerunConfig | None = None,
     ) -> None:
         self.config = config or RerunConfig()
+        self._setting = setting
         self._curve = curve
         self._tiles = BeliefTiles()
         self._placed: set[tuple[int, int]] = set()  # tiles whose place is in the file
         self._motion = MotionColumns(self.config.rays, self.config.hits, self.config.quantum_m)
         self._rec = rr.RecordingStream("occmap", recording_id=uuid.uuid4())
-        self._rec.save(path, default_blueprint=blueprint(building))
+        self._rec.save(path, default_blueprint=blueprint(setting.building))
         self._rec.set_log_time_enabled(False)  # the wall clock says nothing about an episode
         self._rec.set_log_tick_enabled(False)
-        log_scene(self._rec, building, world_from_map, truth)
+        log_scene(self._rec, setting, truth)
         self._motion_due_s = self._map_due_s = self._sync_due_s = -np.inf
         self._last: Step | None = None
+        self._door_heights_m: tuple[float, ...] = ()
         self._sample: Sample | None = None
 
     def record(self, step: Step) -> None:
@@ -112,9 +112,12 @@ class RerunRecorder:
         self._rec.flush(timeout_sec=0.0)  # starts the push, does not wait for the disk
 
     def _log_decision(self, step: Step) -> None:
-        """What changes now and then: path, goal, activity, events, scores."""
+        """What changes now and then: doors, path, goal, activity, events, scores."""
         before = self._last.decision if self._last is not None else None
         now = step.decision
+        if step.truth.door_heights_m != self._door_heights_m:
+            self._door_heights_m = step.truth.door_heights_m
+            log_doors(self._rec, self._setting.standing(self._door_heights_m))
         if before is None or now.path is not before.path:
             waypoints = [] if now.path is None else [lifted(now.path.waypoints_in_map, PATH_Z_M)]
             self._rec.log("world/map/path", rr.LineStrips3D.from_fields(strips=waypoints))

@@ -1,4 +1,4 @@
-"""What stands still in a recording: the building, the truth to reveal, and how everything is styled.
+"""The scene of a recording: the building and its doors, the truth to reveal, how everything is styled.
 
 Entities live under `world`; `world/map` carries the robot's map frame, placed by the true start pose,
 so that whatever the robot believes is logged in its own coordinates and still overlays the truth.
@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 import rerun as rr
 
 from experiments.recorders import palette
+from experiments.recorders.setting import Setting
 from occmap.geometry import Pose2
 from sim.building import Box, Building, Cylinder
 
@@ -36,13 +38,11 @@ def planar_transform(pose: Pose2) -> rr.Transform3D:
     )
 
 
-def log_scene(
-    rec: rr.RecordingStream, building: Building, world_from_map: Pose2, truth: TruthGrid | None = None
-) -> None:
+def log_scene(rec: rr.RecordingStream, setting: Setting, truth: TruthGrid | None = None) -> None:
     """Log all that does not change during an episode."""
     rec.log("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
-    rec.log("world/map", planar_transform(world_from_map), static=True)
-    log_building(rec, building)
+    rec.log("world/map", planar_transform(setting.world_from_map), static=True)
+    log_building(rec, setting.building)
     if truth is not None:
         log_truth(rec, truth)
     log_robot_body(rec)
@@ -59,6 +59,12 @@ def log_building(rec: rr.RecordingStream, building: Building) -> None:
             rec.log(f"world/building/{kind}/boxes", boxes_of(boxes, colour), static=True)
         if cylinders:
             rec.log(f"world/building/{kind}/cylinders", cylinders_of(cylinders, colour), static=True)
+
+
+def log_doors(rec: rr.RecordingStream, standing: Sequence[tuple[Box, float]]) -> None:
+    """Panels as far as each stands out of the floor now; nothing where all doors are open."""
+    panels = [replace(panel, height_m=height_m) for panel, height_m in standing]
+    rec.log("world/building/doors", boxes_of(panels, (*palette.DOOR, SOLID_ALPHA)))
 
 
 def boxes_of(boxes: Sequence[Box], colour: tuple[int, int, int, int]) -> rr.Boxes3D:

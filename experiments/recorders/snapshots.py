@@ -58,6 +58,7 @@ class Snapshot:
     belief: PackedBelief
     world_from_robot: Pose2  # true
     world_from_estimate: Pose2
+    door_heights_m: tuple[float, ...]  # how far each closing door stands out of the floor
     trail_length: int  # how many points of the log's trail lie behind the robot
     frontiers: Points  # (n, 2) cells of all frontiers but the chosen one
     chosen: Points  # (n, 2) cells of the one the robot drives to
@@ -126,6 +127,7 @@ class SnapshotLog:
             belief=PackedBelief.of(step.grid),
             world_from_robot=step.truth.world_from_robot,
             world_from_estimate=self._world_from_map @ decision.map_from_robot,
+            door_heights_m=step.truth.door_heights_m,
             trail_length=len(self._trail),
             frontiers=to_world(np.concatenate([nothing, *others])),
             chosen=nothing if chosen is None else to_world(cells_in_map(chosen, resolution_m)),

@@ -70,14 +70,13 @@ class TopView:
 
     def draw_building(self, fine: Image.Image, building: Building) -> None:
         """The floor and all solids on it."""
-        draw = ImageDraw.Draw(fine)
-        corners = self.pixels(np.array([building.low_m, building.high_m]))
-        (x0, y1), (x1, y0) = corners
-        draw.rectangle((x0, y0, x1, y1), fill=palette.FLOOR)
+        (x0, y1), (x1, y0) = self.pixels(np.array([building.low_m, building.high_m]))
+        ImageDraw.Draw(fine).rectangle((x0, y0, x1, y1), fill=palette.FLOOR)
         for solid in building.solids:
-            draw.polygon(
-                self.pixels(outline(solid)), fill=palette.SOLIDS.get(solid.kind, palette.OTHER_SOLID)
-            )
+            self.draw_solid(fine, solid, palette.SOLIDS.get(solid.kind, palette.OTHER_SOLID))
+
+    def draw_solid(self, fine: Image.Image, solid: Solid, colour: palette.Rgb) -> None:
+        ImageDraw.Draw(fine).polygon(self.pixels(outline(solid)), fill=colour)
 
     def draw_line(self, fine: Image.Image, points: Points, colour: palette.Rgb, width_px: float) -> None:
         if len(points) > 1:

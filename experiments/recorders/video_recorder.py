@@ -18,10 +18,9 @@ from PIL import Image, ImageDraw
 from experiments.recorders import palette
 from experiments.recorders.camera import OpenCamera, rendering_camera
 from experiments.recorders.captions import PAPER, draw_legend, progress, write
+from experiments.recorders.setting import Setting
 from experiments.recorders.snapshots import Snapshot, SnapshotLog
 from experiments.recorders.top_view import TopView, draw_snapshot
-from occmap.geometry import Pose2
-from sim.building import Building
 
 if TYPE_CHECKING:
     from experiments.curves import ScoreCurve
@@ -63,17 +62,15 @@ class VideoRecorder:
     def __init__(
         self,
         path: Path,
-        building: Building,
-        world_from_map: Pose2,
+        setting: Setting,
         curve: ScoreCurve,
         config: VideoConfig | None = None,
         open_camera: OpenCamera = rendering_camera,
     ) -> None:
         self.config = config or VideoConfig()
         self._path = path
-        self._building = building
-        self._world_from_map = world_from_map
-        self._log = SnapshotLog(world_from_map, curve, self.config.snapshots)
+        self._setting = setting
+        self._log = SnapshotLog(setting.world_from_map, curve, self.config.snapshots)
         self._open_camera = open_camera
 
     def record(self, step: Step) -> None:
@@ -89,22 +86,22 @@ class VideoRecorder:
     def _frames(self) -> Iterator[Rgb8]:
         """Every picture of the film, the repeated ones too."""
         panel_px = self._panel_px()
-        view = TopView(self._building, panel_px)
+        view = TopView(self._setting.building, panel_px)
         page = blank_page(panel_px)
         fps, shots = self.config.frames_per_s, self._log.snapshots
         repeats = max(1, math.ceil(self.config.shortest_s * fps / len(shots)))
-        with self._open_camera(self._building, panel_px) as camera:
+        with self._open_camera(self._setting, panel_px) as camera:
             for shot in shots:
                 trail = self._log.trail(shot)
-                belief = draw_snapshot(view, shot, trail, self._world_from_map)
+                belief = draw_snapshot(view, shot, trail, self._setting.world_from_map)
                 frame = np.asarray(compose(page, belief, camera(shot), shot))
                 for _ in range(repeats + (round(self.config.pause_s * fps) if shot is shots[-1] else 0)):
                     yield frame
 
     def _panel_px(self) -> tuple[int, int]:
         """Size of one of the two panels: as tall as the building asks for, within reason, and even."""
-        width = (self.config.width_px - 3 * GAP_PX) // 2
-        span_x, span_y = np.subtract(self._building.high_m, self._building.low_m)
+        building, width = self._setting.building, (self.config.width_px - 3 * GAP_PX) // 2
+        span_x, span_y = np.subtract(building.high_m, building.low_m)
         height = float(np.clip(width * span_y / span_x, 0.6 * width, width))
         return width // 2 * 2, round(height) // 2 * 2
 

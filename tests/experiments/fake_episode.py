@@ -15,6 +15,7 @@ from scipy import ndimage
 
 from experiments.curves import Sample
 from experiments.episode import Step
+from experiments.recorders.setting import Setting
 from experiments.scoring import MapScore
 from occmap.decision import Decision, Status
 from occmap.frontiers import Frontier
@@ -23,7 +24,7 @@ from occmap.goals import Goal
 from occmap.grid import Belief, OccupancyGrid
 from occmap.path import Path
 from occmap.scan import Observation, Scan
-from sim.building import Box, Building, Cylinder
+from sim.building import Box, Building, Cylinder, Door
 from sim.robot import Truth
 
 START = Pose2(3.0, 2.0, 0.7)
@@ -37,6 +38,16 @@ def building() -> Building:
     table = Box(10.0, 6.5, 0.5, 0.3, yaw_rad=0.4, kind="furniture")
     column = Cylinder(5.0, 6.0, 0.25, kind="column")
     return Building("fake hall", "hall", (0.0, 0.0), (12.0, 8.0), (*walls, table, column), START)
+
+
+def setting() -> Setting:
+    """The hall with a door in its middle that closes; the robot's lidar looks through it all the same."""
+    return Setting(building(), START, (Door(Box(7.0, 4.0, 0.05, 0.45)),))
+
+
+def door_height_m(time_s: float) -> float:
+    """How far the door stands out of the floor: it rises from 2 s to 3 s."""
+    return min(max(time_s - 2.0, 0.0), 1.0)
 
 
 def ranges_to(
@@ -130,7 +141,7 @@ def fake_episode(steps: int = 60, curve: FakeCurve | None = None, beams: int = 1
             curve.samples.append(sample(time_s, length_m, (k + 1) / steps))
         activity = "recovering" if 20 <= k < 26 else "complete" if k == steps - 1 else "exploring"
         yield Step(
-            Truth(time_s, truth, Twist2.zero(), 0, 0.0, 1.0, length_m),
+            Truth(time_s, truth, Twist2.zero(), 0, 0.0, 1.0, length_m, (door_height_m(time_s),)),
             Observation(time_s, map_from_robot, scan, Pose2.identity()),
             Decision(
                 status=Status.COMPLETE if activity == "complete" else Status.EXPLORING,

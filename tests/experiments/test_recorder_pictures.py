@@ -15,7 +15,7 @@ from experiments.recorders.top_view import OVERSAMPLING, TopView, outline
 from occmap.frontiers import Frontier
 from occmap.grid import Belief, GridConfig, OccupancyGrid
 from sim.building import Box, Cylinder
-from tests.experiments.fake_episode import START, FakeCurve, building, fake_episode
+from tests.experiments.fake_episode import START, FakeCurve, building, fake_episode, setting
 
 
 def grid_over(low_m: tuple[float, float], high_m: tuple[float, float]) -> OccupancyGrid:
@@ -147,7 +147,7 @@ def test_a_growth_picture_is_drawn(tmp_path, suffix):
     from PIL import Image
 
     curve = FakeCurve([])
-    growth = GrowthPicture(tmp_path / f"growth{suffix}", building(), START, curve, panel_width_px=120)
+    growth = GrowthPicture(tmp_path / f"growth{suffix}", setting(), curve, panel_width_px=120)
     for step in fake_episode(40, curve, beams=60):
         growth.record(step)
     growth.close()
@@ -155,7 +155,7 @@ def test_a_growth_picture_is_drawn(tmp_path, suffix):
     assert picture.width >= 120
     assert getattr(picture, "n_frames", 1) == (1 if suffix == ".png" else 9)
     with pytest.raises(ValueError, match=r"growth\.jpg"):
-        GrowthPicture(tmp_path / "growth.jpg", building(), START, curve)
+        GrowthPicture(tmp_path / "growth.jpg", setting(), curve)
 
 
 def test_panels_grow_by_equal_steps():

@@ -14,7 +14,7 @@ from rerun.chunk import RrdReader
 from experiments.recorders.rerun_recorder import RerunConfig, RerunRecorder
 from occmap.geometry import Pose2
 from sim.truth import truth_grid
-from tests.experiments.fake_episode import START, FakeCurve, building, fake_episode
+from tests.experiments.fake_episode import START, FakeCurve, building, door_height_m, fake_episode, setting
 
 STEPS = 60
 ROOT = Path(__file__).parents[2]
@@ -25,7 +25,7 @@ def recorded(tmp_path_factory):
     """The chunks of a fake episode's recording, and the last step of it."""
     path, curve = tmp_path_factory.mktemp("rerun") / "recording.rrd", FakeCurve([])
     rr.set_strict_mode(True)
-    recorder = RerunRecorder(path, building(), START, curve, truth_grid(building(), 0.05))
+    recorder = RerunRecorder(path, setting(), curve, truth_grid(building(), 0.05))
     for step in fake_episode(STEPS, curve):
         recorder.record(step)
     recorder.close()
@@ -119,6 +119,15 @@ def test_activities_and_decisions_are_logged_when_they_change(recorded):
     assert all(text.startswith("frontier at (") for text in texts)
 
 
+def test_a_closing_door_comes_out_of_the_floor(recorded):
+    heights_m = rows(recorded[0], "/world/building/doors", "Boxes3D:half_sizes")
+    assert heights_m[0] == (0.0, [])  # an open door is not there
+    assert len(heights_m) == 11  # while it rises, and never after
+    for time_s, panels in heights_m[1:]:
+        assert panels[0][2] == pytest.approx(door_height_m(time_s) / 2.0)
+    assert heights_m[-1][1][0][2] == pytest.approx(0.5)
+
+
 def test_beams_are_thinned_evenly(recorded):
     chunks, last = recorded
     hits = rows(chunks, "/world/map/beams/ends", "Points3D:positions")[-1][1]
@@ -134,8 +143,8 @@ KILLED = """
 import os, signal, sys
 from pathlib import Path
 from experiments.recorders.rerun_recorder import RerunRecorder
-from tests.experiments.fake_episode import START, FakeCurve, building, fake_episode
-recorder = RerunRecorder(Path(sys.argv[1]), building(), START, FakeCurve([]))
+from tests.experiments.fake_episode import FakeCurve, fake_episode, setting
+recorder = RerunRecorder(Path(sys.argv[1]), setting(), FakeCurve([]))
 for k, step in enumerate(fake_episode(200)):
     recorder.record(step)
     if k == 150:

@@ -1,6 +1,7 @@
 """A film of any run lasts 20 to 60 s and plays everywhere."""
 
 from contextlib import contextmanager
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,14 +12,14 @@ from experiments.recorders.camera import drawing_camera, rendering_camera
 from experiments.recorders.coverage_plot import CoveragePlot, draw_coverage, reached
 from experiments.recorders.snapshots import SnapshotLog
 from experiments.recorders.video_recorder import VideoConfig, VideoRecorder
-from tests.experiments.fake_episode import START, FakeCurve, building, fake_episode
+from tests.experiments.fake_episode import START, FakeCurve, fake_episode, setting
 
 SMALL = VideoConfig(width_px=640, snapshots=20)
 
 
 def film(path, steps: int, config: VideoConfig = SMALL, open_camera=drawing_camera):
     curve = FakeCurve([])
-    video = VideoRecorder(path, building(), START, curve, config, open_camera)
+    video = VideoRecorder(path, setting(), curve, config, open_camera)
     for step in fake_episode(steps, curve, beams=24):
         video.record(step)
     video.close()
@@ -60,10 +61,27 @@ def test_both_cameras_take_pictures_of_the_size_asked_for():
     log = SnapshotLog(START, FakeCurve([]))
     log.record(step)
     for open_camera in (rendering_camera, drawing_camera):
-        with open_camera(building(), (320, 240)) as camera:
+        with open_camera(setting(), (320, 240)) as camera:
             picture = camera(log.snapshots[0])
         assert picture.size == (320, 240)
         assert len(picture.getcolors(1 << 17) or []) > 10
+
+
+@pytest.mark.parametrize("open_camera", [rendering_camera, drawing_camera])
+def test_a_closed_door_is_shown_closed(open_camera):
+    (step,) = fake_episode(1, beams=12)
+    log = SnapshotLog(START, FakeCurve([]))
+    log.record(step)
+    shot = log.snapshots[0]
+    with open_camera(setting(), (320, 240)) as camera:
+        opened, closed = (
+            np.asarray(camera(replace(shot, door_heights_m=(height_m,))), int) for height_m in (0.0, 1.0)
+        )
+    rows, columns = np.nonzero(np.abs(opened - closed).sum(axis=2) > 60)
+    px_per_m = 320 / 12.0
+    assert columns.mean() == pytest.approx(160 + 1.0 * px_per_m, abs=5)  # it stands at (7, 4) of 12 m x 8 m
+    assert rows.mean() == pytest.approx(120, abs=5)
+    assert 0 < len(rows) < 0.03 * opened[..., 0].size
 
 
 def test_without_graphics_the_world_is_drawn(monkeypatch):
@@ -71,12 +89,12 @@ def test_without_graphics_the_world_is_drawn(monkeypatch):
     (step,) = fake_episode(1, beams=12)
     log = SnapshotLog(START, FakeCurve([]))
     log.record(step)
-    with rendering_camera(building(), (320, 240)) as camera, drawing_camera(building(), (320, 240)) as drawn:
+    with rendering_camera(setting(), (320, 240)) as camera, drawing_camera(setting(), (320, 240)) as drawn:
         assert camera(log.snapshots[0]).tobytes() == drawn(log.snapshots[0]).tobytes()
 
 
 def test_a_run_without_a_scan_leaves_no_film_and_no_plot(tmp_path):
-    VideoRecorder(tmp_path / "a.mp4", building(), START, FakeCurve([]), SMALL).close()
+    VideoRecorder(tmp_path / "a.mp4", setting(), FakeCurve([]), SMALL).close()
     CoveragePlot(tmp_path / "a.png", FakeCurve([])).close()
     assert not list(tmp_path.iterdir())
 
