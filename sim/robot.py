@@ -136,7 +136,7 @@ class Robot:
 
 
 def _clip(value: float, limit: float) -> float:
-    return max(-limit, min(limit, value))
+    return limit if value > limit else -limit if value < -limit else value
 
 
 def _whole_steps(rate_hz: float, step_s: float, name: str) -> int:

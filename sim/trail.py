@@ -18,9 +18,9 @@ class Trail:
     def __init__(self, length: int = 256) -> None:
         self._samples: deque[tuple[float, list[float]]] = deque(maxlen=length)
 
-    def record(self, time_s: float, qpos: Floats) -> None:
-        """Keep one sample: position (x, y, z) and orientation (w, x, y, z)."""
-        self._samples.append((time_s, qpos[:7].tolist()))
+    def record(self, time_s: float, qpos: list[float]) -> None:
+        """Keep one sample: position (x, y, z), orientation (w, x, y, z) and whatever follows them."""
+        self._samples.append((time_s, qpos))
 
     def at(self, times_s: Floats) -> Floats:
         """(n, 3) x, y and yaw at n times; the nearest sample where a time lies outside of the trail."""
@@ -33,6 +33,6 @@ class Trail:
 
 
 def yaw_of(pose: list[float]) -> float:
-    """The heading of a pose of 7 numbers, about the vertical."""
-    _, _, _, w, x, y, z = pose
+    """The heading of a pose of 7 numbers or more, about the vertical."""
+    w, x, y, z = pose[3:7]
     return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import NoReturn
 
 import mujoco
 
@@ -46,8 +47,10 @@ class World:
         self.step_s: float = self.model.opt.timestep
         self.body_radius_m, self.wheel_radius_m, self.track_m = _dimensions(self.model)
         self._steps = 0
+        self._qpos, self._ctrl = self.data.qpos, self.data.ctrl  # views: each look-up would make another
+        self._here: Pose2 | None = None
         self.trail = Trail()
-        self.trail.record(self.time_s, self.data.qpos)
+        self.trail.record(self.time_s, self._qpos.tolist())
         self._lift = Lift(self.model)
         self._touching = self.data.sensor("touching").data
         self._warnings = self.data.warning.number
@@ -61,8 +64,10 @@ class World:
     @property
     def world_from_robot(self) -> Pose2:
         """Where the robot truly is."""
-        pose = self.data.qpos[:7].tolist()
-        return Pose2(pose[0], pose[1], yaw_of(pose))
+        if self._here is None:
+            pose = self._qpos.tolist()
+            self._here = Pose2(pose[0], pose[1], yaw_of(pose))
+        return self._here
 
     @property
     def twist(self) -> Twist2:
@@ -75,7 +80,7 @@ class World:
     def wheel_angles_rad(self) -> tuple[float, float]:
         """How far the left and the right wheel have turned since the world began."""
         left, right = self._wheels
-        return float(self.data.qpos[left]), float(self.data.qpos[right])
+        return float(self._qpos[left]), float(self._qpos[right])
 
     @property
     def panels(self) -> SolidArrays:
@@ -97,39 +102,41 @@ class World:
 
     def drive(self, left_radps: float, right_radps: float) -> None:
         """Set the speeds that the wheels' motors aim for."""
-        self.data.ctrl[0] = left_radps
-        self.data.ctrl[1] = right_radps
+        self._ctrl[0] = left_radps
+        self._ctrl[1] = right_radps
 
     def advance(self, steps: int) -> None:
         """Let a number of physics steps pass, and raise PhysicsFault if something is wrong afterwards."""
         self._let_things_happen(steps * self.step_s)
-        self._walls.surround(*self.data.qpos[:2].tolist())
+        self._walls.surround(*self._qpos[:2].tolist())
+        self._here = None
         model, data, touching, step = self.model, self.data, self._touching, mujoco.mj_step
         for _ in range(steps):  # in Python: one call for all steps would hide the contacts in between
             step(model, data)
             if touching[0]:
                 self.collisions.count(data.time)
         self._steps += steps
-        self.trail.record(self.time_s, data.qpos)
-        self._check()
+        state = self._qpos.tolist()
+        self.trail.record(self.time_s, state)
+        if any(self._warnings.tolist()) or not math.isfinite(sum(state)):
+            self._raise_fault(state)
 
     def _let_things_happen(self, dt_s: float) -> None:
         faults = self.faults
-        self._lift.set(self.data, faults.lifted(self.time_s))
+        if faults.lift_at_s is not None:
+            self._lift.set(self.data, faults.lifted(self.time_s))
         if faults.close_doors_at_s is None or self.time_s < faults.close_doors_at_s or self.doors.all_closed:
             return
         here = self.world_from_robot
         self.doors.advance(dt_s, here.x_m, here.y_m, self.body_radius_m)
         self.data.mocap_pos[:, 2] = self.doors.height_m
 
-    def _check(self) -> None:
-        state = self.data.qpos.tolist()
-        if self._warnings.any() or not math.isfinite(sum(state)):
-            reasons = [name for name, kind in _WARNINGS.items() if self._warnings[kind]]
-            raise PhysicsFault(
-                f"physics fault at t = {self.time_s:.3f} s: {', '.join(reasons) or 'state not finite'}; "
-                f"qpos = {state}, qvel = {self.data.qvel.tolist()}"
-            )
+    def _raise_fault(self, state: list[float]) -> NoReturn:
+        reasons = [name for name, kind in _WARNINGS.items() if self._warnings[kind]]
+        raise PhysicsFault(
+            f"physics fault at t = {self.time_s:.3f} s: {', '.join(reasons) or 'state not finite'}; "
+            f"qpos = {state}, qvel = {self.data.qvel.tolist()}"
+        )
 
 
 # World turns every warning into a PhysicsFault; MuJoCo's own handler would also leave a log file behind.
