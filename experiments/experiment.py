@@ -10,6 +10,7 @@ from experiments.outcome import Outcome
 from experiments.recorders.setting import Setting
 from experiments.scoring import Scorer
 from experiments.streams import Streams
+from occmap.body import Body
 from occmap.explorer import Explorer
 from occmap.geometry import Pose2
 from occmap.localization import Localizer, OdometryLocalizer, SlamLocalizer
@@ -72,7 +73,7 @@ def prepare(config: ExperimentConfig) -> Experiment:
     with stopwatch.lap("building"):
         building = make_building(config)
         robot = make_robot(config, building, streams)
-    explorer = Explorer(config.explorer, make_localizer(config))
+    explorer = make_explorer(config, robot)
     with stopwatch.lap("truth"):
         truth = truth_grid(building, config.explorer.grid.resolution_m)
         scorer = Scorer(truth, in_sight(config, truth, robot.world), robot.world.world_from_robot)
@@ -130,6 +131,20 @@ def make_robot(config: ExperimentConfig, building: Building, streams: Streams) -
     return Robot(world, Lidar(world, lidar_streams, config.scaled_lidar), odometer, config.robot)
 
 
+def make_explorer(config: ExperimentConfig, robot: Robot) -> Explorer:
+    """The mind, told of the body that it drives."""
+    limits = robot.config
+    body = Body(
+        radius_m=robot.world.body_radius_m,
+        max_speed_mps=limits.max_linear_mps,
+        max_turn_radps=limits.max_angular_radps,
+        acceleration_mps2=limits.max_linear_accel_mps2,
+        turn_acceleration_radps2=limits.max_angular_accel_radps2,
+        period_s=1.0 / robot.lidar.config.rate_hz,
+    )
+    return Explorer(config.explorer, make_localizer(config), body)
+
+
 def make_localizer(config: ExperimentConfig) -> Localizer:
     """Who tells the explorer where it is. With the true pose handed in as odometry, it is believed."""
     if config.pose == "slam":
@@ -150,7 +165,7 @@ def warm_up(config: ExperimentConfig) -> None:
     )
     room = Building("warm-up", "plan", (-3.1, -2.1), (3.1, 2.1), walls, Pose2(-1.5, 0.3, 0.2))
     robot = make_robot(config, room, Streams(0))
-    explorer = Explorer(config.explorer, make_localizer(config))
+    explorer = make_explorer(config, robot)
     for _ in episode(robot, explorer, limit_s=WARM_UP_S):
         pass
 

@@ -8,6 +8,7 @@ from functools import partial
 
 import numpy as np
 
+from occmap.body import Body
 from occmap.certificate import certify
 from occmap.decision import Decision, Reason, Status, UnknownLeft
 from occmap.ending import Ending
@@ -47,12 +48,18 @@ class Explorer:
     stops after confirm_s. Manoeuvres to free it are counted (Mobility).
     """
 
-    def __init__(self, config: ExplorerConfig | None = None, localizer: Localizer | None = None) -> None:
+    def __init__(
+        self,
+        config: ExplorerConfig | None = None,
+        localizer: Localizer | None = None,
+        body: Body | None = None,
+    ) -> None:
         self.config = config = config or ExplorerConfig()
+        self.body = body = body or Body()
         self.localizer = localizer or OdometryLocalizer()
         self.map = LivingMap(config.grid, config.sensor_model, config.clearance, config.frontiers)
-        self.planner = Planner(config.planner)
-        self.follower = Follower(config.follower)
+        self.planner = Planner(config.planner, body)
+        self.follower = Follower(config.follower, body)
         self.looks = FailedLooks()
         self.search = GoalSearch(GoalChooser(config.goals), self.looks)
         self.mobility = Mobility(config.stuck, config.recovery)
@@ -190,7 +197,7 @@ class Explorer:
             self._events.append(str(goal))
             self._goal_switches += pursuit is not None
         self._replans += 1
-        is_tight = path.keep_clear_m < self.config.planner.body_radius_m
+        is_tight = path.keep_clear_m < self.body.radius_m
         self.pursuit = Pursuit(self.config.pursuit, goal, path, now_s, is_tight)
         return self.pursuit
 
@@ -226,7 +233,7 @@ class Explorer:
         if self.status in (Status.EXPLORING, Status.STUCK) and self._last is not None:
             max_range_m = self._last[0].scan.max_range_m
             unvisited = self.search.unvisited(frontiers, self.grid, wave, max_range_m)
-        return certify(frontiers, self.grid, wave, self.looks, c.goals, c.planner.body_radius_m, unvisited)
+        return certify(frontiers, self.grid, wave, self.looks, c.goals, self.body.radius_m, unvisited)
 
     def _pursue(self, pursuit: Pursuit, seen: Observation, here: Pose2) -> tuple[str, Twist2]:
         """Drive on, or look if there; give the goal up if that leads nowhere."""

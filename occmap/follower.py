@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from occmap.body import Body
 from occmap.geometry import Pose2, Twist2, wrap_angle
 from occmap.grid import OccupancyGrid
 from occmap.path import Path
@@ -20,16 +21,6 @@ from occmap.way import Drive, Way
 class FollowerConfig:
     """How a differential drive follows a path."""
 
-    body_radius_m: float = 0.17
-    """A circle around the robot's axis that encloses the body."""
-    max_speed_mps: float = 0.5
-    """What the base does at most."""
-    max_turn_radps: float = 1.5
-    """What the base turns at most."""
-    acceleration_mps2: float = 1.0
-    """The base's ramp: how fast it gains and loses speed."""
-    turn_acceleration_radps2: float = 3.0
-    """The base's ramp for turning."""
     slow_speed_mps: float = 0.12
     """Through gaps, and backing out."""
     braking_mps2: float = 0.5
@@ -66,13 +57,10 @@ class FollowerConfig:
     """until it does by less."""
     arrive_within_m: float = 0.08
     """This near to its end a path has been driven."""
-    period_s: float = 0.1
-    """A command stands for so long."""
 
     def __post_init__(self) -> None:
-        for name in ("body_radius_m", "max_speed_mps", "max_turn_radps", "slow_speed_mps", "period_s"):
-            if not getattr(self, name) > 0.0:
-                raise ValueError(f"{name} must be positive, got {getattr(self, name)}")
+        if not self.slow_speed_mps > 0.0:
+            raise ValueError(f"slow_speed_mps must be positive, got {self.slow_speed_mps}")
         if not 0.0 < self.nearest_aim_m <= self.farthest_aim_m:
             raise ValueError(
                 f"need 0 < nearest_aim_m <= farthest_aim_m, got {self.nearest_aim_m}, {self.farthest_aim_m}"
@@ -119,17 +107,18 @@ class Follower:
     then backs out and tries again. Who gives up is whoever chose the path: see Steering.held_up_s.
     """
 
-    def __init__(self, config: FollowerConfig | None = None) -> None:
+    def __init__(self, config: FollowerConfig | None = None, body: Body | None = None) -> None:
         self.config = c = config or FollowerConfig()
-        base = Base(c.body_radius_m + c.safe_margin_m, c.acceleration_mps2, c.turn_acceleration_radps2)
+        self.body = b = body or Body()
+        base = Base(b.radius_m + c.safe_margin_m, b.acceleration_mps2, b.turn_acceleration_radps2)
         drive = Drive(
-            top_mps=c.max_speed_mps,
+            top_mps=b.max_speed_mps,
             slow_mps=c.slow_speed_mps,
             turn_radps=c.bend_turn_radps,
             braking_mps2=c.braking_mps2,
-            near_m=c.body_radius_m + c.near_margin_m,
-            roomy_m=c.body_radius_m + c.roomy_margin_m,
-            tight_m=c.body_radius_m + c.tight_margin_m,
+            near_m=b.radius_m + c.near_margin_m,
+            roomy_m=b.radius_m + c.roomy_margin_m,
+            tight_m=b.radius_m + c.tight_margin_m,
         )
         self.surroundings = Surroundings(base)
         self.way = Way(drive)
@@ -166,7 +155,7 @@ class Follower:
         if now.progress_m > now.farthest_m + 0.02:
             now.farthest_m, now.held_up_s, now.waited_s = now.progress_m, 0.0, 0.0
         if now.held_up_s > 0.0:
-            now.held_up_s += self.config.period_s
+            now.held_up_s += self.body.period_s
         return off_m
 
     def _has_arrived(self, path: Path, map_from_robot: Pose2) -> bool:
@@ -180,7 +169,7 @@ class Follower:
         """Drive the arc through the aim if it is free, slower if that helps; else get past what bars it."""
         c, now = self.config, self._now
         farthest_m = min(max(c.aim_time_s * abs(twist.linear_mps), c.nearest_aim_m), c.farthest_aim_m)
-        room_m = c.body_radius_m + c.aim_margin_m
+        room_m = self.body.radius_m + c.aim_margin_m
         x, y = self.way.aim(self.surroundings.hits, c.nearest_aim_m, farthest_m, room_m)
         bearing = math.atan2(y, x)
         if now.retreat_m > 0.0:
@@ -207,14 +196,14 @@ class Follower:
             self.way.speed_limit_mps(),
             c.bend_turn_radps / max(abs(curvature), 1e-6),
             math.sqrt(2.0 * c.braking_mps2 * remaining_m),
-            c.slow_speed_mps if is_backward else c.max_speed_mps,
+            c.slow_speed_mps if is_backward else self.body.max_speed_mps,
         )
 
     def _evade(self, twist: Twist2, bearing: float) -> Twist2:
         """Go slowly in the free direction nearest to the aim; if there is none for a while, back out."""
         c, now = self.config, self._now
-        now.held_up_s = max(now.held_up_s, c.period_s)
-        now.waited_s += c.period_s
+        now.held_up_s = max(now.held_up_s, self.body.period_s)
+        now.waited_s += self.body.period_s
         free = self.surroundings.free_bearing(bearing, c.evade_within_rad, 0.1)
         if free is None:
             if now.waited_s >= c.patience_s:
@@ -229,7 +218,7 @@ class Follower:
     def _retreat(self, twist: Twist2, bearing: float) -> Twist2:
         """Back out the way the robot came, as far as that is free; then try again."""
         c = self.config
-        self._now.retreat_m -= c.slow_speed_mps * c.period_s
+        self._now.retreat_m -= c.slow_speed_mps * self.body.period_s
         back = Twist2(-c.slow_speed_mps, 0.0)
         if self._is_free(twist, back):
             return back
@@ -238,13 +227,11 @@ class Follower:
 
     def _turn(self, error: float) -> Twist2:
         """Turn in place by an angle, as fast as it can be ended in time. A round body may turn anywhere."""
-        c = self.config
-        in_time = math.sqrt(1.2 * c.turn_acceleration_radps2 * abs(error))
-        rate = min(c.max_turn_radps, in_time, 3.0 * abs(error))
+        in_time = math.sqrt(1.2 * self.body.turn_acceleration_radps2 * abs(error))
+        rate = min(self.body.max_turn_radps, in_time, 3.0 * abs(error))
         return Twist2(0.0, math.copysign(rate, error))
 
     def _is_free(self, twist: Twist2, command: Twist2) -> bool:
         """Looks a second ahead at most: three commands and braking, or at slow speed some 0.1 m."""
-        c = self.config
-        hold_s = min(max(0.1 / max(abs(command.linear_mps), 0.1), 3.0 * c.period_s), 1.0)
+        hold_s = min(max(0.1 / max(abs(command.linear_mps), 0.1), 3.0 * self.body.period_s), 1.0)
         return self.surroundings.is_free(twist, command, hold_s)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from occmap.body import Body
 from occmap.escape import way_out
 from occmap.grid import Cells, OccupancyGrid
 from occmap.path import Path
@@ -22,8 +23,6 @@ __all__ = ["Path", "Planner", "PlannerConfig", "Wavefront"]
 class PlannerConfig:
     """How close to obstacles the robot plans."""
 
-    body_radius_m: float = 0.17
-    """A circle around the robot's axis that encloses the body."""
     comfortable_margin_m: float = 0.09
     """Air left beside the body wherever there is room for it."""
     keep_margin_m: float = 0.04
@@ -45,8 +44,6 @@ class PlannerConfig:
     """If no more than this is in reach, the robot may be on an island made by noise: look for a mainland."""
 
     def __post_init__(self) -> None:
-        if not self.body_radius_m > 0.0:
-            raise ValueError(f"body_radius_m must be positive, got {self.body_radius_m}")
         if not 0.0 <= self.keep_margin_m < self.comfortable_margin_m < self.roomy_margin_m:
             raise ValueError(
                 "need 0 <= keep_margin_m < comfortable_margin_m < roomy_margin_m, got "
@@ -57,20 +54,20 @@ class PlannerConfig:
                 f"need 1 <= wall_weight <= tight_weight <= 100, got {self.wall_weight}, {self.tight_weight}"
             )
 
-    def limits(self, resolution_m: float) -> ClearanceLimits:
-        """The same as clearances on a grid.
+    def limits(self, body_radius_m: float, resolution_m: float) -> ClearanceLimits:
+        """The same as clearances of a body's axis on a grid.
 
         A gap 2 * (body + tight_margin) wide may lose on either side the cell that its wall's surface
         enters and the blur; its middle may lie half a cell from the nearest cell's centre. What is
         left is the tight limit. It may be less than the body's radius: the follower, who sees the
         gap itself and not its cells, decides whether the body fits.
         """
-        tight = self.body_radius_m + self.tight_margin_m - self.wall_blur_m - 1.5 * resolution_m
+        tight = body_radius_m + self.tight_margin_m - self.wall_blur_m - 1.5 * resolution_m
         tight = max(tight, 0.25 * resolution_m)  # the cell beside an occupied one stays open on coarse grids
-        comfortable = self.body_radius_m + self.comfortable_margin_m
+        comfortable = body_radius_m + self.comfortable_margin_m
         return ClearanceLimits(
             comfortable_m=comfortable,
-            comfortable_keep_m=self.body_radius_m + self.keep_margin_m,
+            comfortable_keep_m=body_radius_m + self.keep_margin_m,
             tight_m=min(tight, comfortable),
             tight_keep_m=max(tight - 0.5 * resolution_m, 0.0),
         )
@@ -83,8 +80,9 @@ class Planner:
     nearest occupied cell.
     """
 
-    def __init__(self, config: PlannerConfig | None = None) -> None:
+    def __init__(self, config: PlannerConfig | None = None, body: Body | None = None) -> None:
         self.config = config or PlannerConfig()
+        self.body = body or Body()
         self._memory = SearchMemory()
         self._resolution_m = math.nan
 
@@ -93,7 +91,7 @@ class Planner:
     ) -> NDArray[np.bool_]:
         """(ny, nx) free cells with the body's radius and a margin (default: comfortable) of clearance."""
         margin = self.config.comfortable_margin_m if margin_m is None else margin_m
-        return (grid.state == 1) & (clearance_m >= np.float32(self.config.body_radius_m + margin - 1e-4))
+        return (grid.state == 1) & (clearance_m >= np.float32(self.body.radius_m + margin - 1e-4))
 
     def terrain(self, grid: OccupancyGrid, clearance_m: NDArray[np.float32]) -> Terrain:
         """The map as the searches see it."""
@@ -101,8 +99,8 @@ class Planner:
         if resolution != self._resolution_m:
             c = self.config
             self._resolution_m = resolution
-            self._limits = c.limits(resolution)
-            roomy = c.body_radius_m + c.roomy_margin_m
+            self._limits = c.limits(self.body.radius_m, resolution)
+            roomy = self.body.radius_m + c.roomy_margin_m
             self._prices = price_list(self._limits, roomy, c.wall_weight, c.tight_weight)
             self._escape_prices = escape_price_list()
         return Terrain.of(grid, clearance_m, self._prices, self._limits)

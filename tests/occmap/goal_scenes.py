@@ -6,14 +6,15 @@ import math
 
 import numpy as np
 
+from occmap.body import Body
 from occmap.clearance import ClearanceMap
 from occmap.frontiers import Frontier, FrontierConfig, FrontierMap
 from occmap.goals import Goal, GoalChooser, GoalConfig
 from occmap.planner import Planner, PlannerConfig
 from tests.ascii_maps import ascii_grid
 
-SMALL_BODY = PlannerConfig(
-    body_radius_m=0.05,
+SMALL_BODY = Body(radius_m=0.05)
+NO_MARGINS = PlannerConfig(
     comfortable_margin_m=0.02,
     keep_margin_m=0.01,
     tight_margin_m=0.0,
@@ -21,7 +22,7 @@ SMALL_BODY = PlannerConfig(
     wall_weight=1.0,
     tight_weight=1.0,
 )
-"""So that in a picture of 0.25 m cells the cost of a way is its length."""
+"""So small, and so careless, that in a picture of 0.25 m cells the cost of a way is its length."""
 
 
 class Scene:
@@ -34,7 +35,7 @@ class Scene:
         self.edges = FrontierMap(FrontierConfig(ignore_rim=False))
         self.edges.rebuild(self.grid)
         self.frontiers = self.edges.clusters(self.grid)
-        self.planner, self.start = Planner(body), start
+        self.planner, self.start = Planner(NO_MARGINS, body) if body else Planner(), start
         self.chooser = GoalChooser(config or GoalConfig())
 
     def flood(self, within_m=math.inf):

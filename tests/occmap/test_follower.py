@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from occmap.follower import Follower, FollowerConfig
+from occmap.body import Body
+from occmap.follower import FollowerConfig
 from occmap.geometry import Pose2, Twist2
 from occmap.path import Path
 from tests.occmap.kinematic_world import KinematicWorld, Mind, room
@@ -164,6 +165,8 @@ def test_a_path_of_one_point_has_been_driven():
 
 def test_nonsense_is_refused():
     with pytest.raises(ValueError, match="max_speed_mps must be positive, got 0"):
-        Follower(FollowerConfig(max_speed_mps=0.0))
+        Body(max_speed_mps=0.0)
+    with pytest.raises(ValueError, match="slow_speed_mps must be positive, got 0"):
+        FollowerConfig(slow_speed_mps=0.0)
     with pytest.raises(ValueError, match="nearest_aim_m"):
         FollowerConfig(nearest_aim_m=1.0)

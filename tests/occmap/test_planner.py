@@ -6,6 +6,7 @@ from scipy.ndimage import distance_transform_edt
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
+from occmap.body import Body
 from occmap.grid import Belief, GridConfig, OccupancyGrid
 from occmap.planner import Planner, PlannerConfig
 from tests.ascii_maps import ascii_grid
@@ -196,7 +197,7 @@ def test_a_detour_is_preferred_to_a_gap_narrower_than_comfortable():
 
 def bodiless():
     """A planner for a point: wherever a cell is free it goes, so that pictures may be small."""
-    return Planner(PlannerConfig(body_radius_m=0.001, comfortable_margin_m=0.002, keep_margin_m=0.0))
+    return Planner(PlannerConfig(comfortable_margin_m=0.002, keep_margin_m=0.0), Body(radius_m=0.001))
 
 
 @pytest.mark.parametrize(
@@ -299,8 +300,8 @@ def test_a_doorway_is_passed_at_every_resolution(resolution_m):
 
 
 def test_nonsense_is_refused():
-    with pytest.raises(ValueError, match="body_radius_m must be positive, got -1"):
-        PlannerConfig(body_radius_m=-1.0)
+    with pytest.raises(ValueError, match="radius_m must be positive, got -1"):
+        Body(radius_m=-1.0)
     with pytest.raises(ValueError, match="keep_margin_m < comfortable_margin_m"):
         PlannerConfig(keep_margin_m=0.2)
     grid, clearance = believed(open_room(20, 20))
