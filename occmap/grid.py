@@ -28,24 +28,6 @@ class Belief(IntEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class CellBox:
-    """A half-open box of cells: ix0 <= ix < ix1, iy0 <= iy < iy1."""
-
-    ix0: int
-    iy0: int
-    ix1: int
-    iy1: int
-
-    @property
-    def is_empty(self) -> bool:
-        return self.ix0 >= self.ix1 or self.iy0 >= self.iy1
-
-    def slices(self) -> tuple[slice, slice]:
-        """Index of the box in an array `a[iy, ix]`."""
-        return slice(self.iy0, self.iy1), slice(self.ix0, self.ix1)
-
-
-@dataclass(frozen=True, slots=True)
 class GridFrame:
     """The one door between metres and cells: cell (0, 0) has its lower-left corner at origin_m."""
 

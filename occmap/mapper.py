@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from occmap.geometry import Points, Pose2
-from occmap.grid import Belief, CellBox, Cells, OccupancyGrid
+from occmap.grid import OccupancyGrid
 from occmap.scan import Scan
 from occmap.sensor_model import SensorModelConfig
 
@@ -37,30 +36,6 @@ class GridChange:
         """The change from nothing to this grid: for a grid that was swapped in whole."""
         known = np.flatnonzero(grid.state).astype(np.int32)
         return GridChange(True, known, np.zeros(len(known), np.uint8), grid.state)
-
-    @property
-    def cells(self) -> Cells:
-        """(n, 2) cells (ix, iy) whose state changed."""
-        iy, ix = np.divmod(self.flat_cells.astype(np.int64), self.state.shape[1])
-        return np.column_stack((ix, iy))
-
-    @cached_property
-    def state_box(self) -> CellBox:
-        """Bounds every cell whose state changed."""
-        return _bounds(self.cells)
-
-    @cached_property
-    def occupied_box(self) -> CellBox:
-        """Bounds every cell that became occupied or ceased to be."""
-        now = self.state.ravel()[self.flat_cells]
-        return _bounds(self.cells[(self.was == Belief.OCCUPIED) | (now == Belief.OCCUPIED)])
-
-
-def _bounds(cells: Cells) -> CellBox:
-    if len(cells) == 0:
-        return CellBox(0, 0, 0, 0)
-    (ix0, iy0), (ix1, iy1) = cells.min(axis=0), cells.max(axis=0)
-    return CellBox(int(ix0), int(iy0), int(ix1) + 1, int(iy1) + 1)
 
 
 class Mapper:

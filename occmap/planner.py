@@ -145,14 +145,6 @@ class Planner:
         least_m = terrain.least_clearance(path.waypoints_in_map, max(from_m, path.escape_m))
         return least_m < path.keep_clear_m
 
-    def escape(
-        self, grid: OccupancyGrid, clearance_m: NDArray[np.float32], start_cell: tuple[int, int]
-    ) -> Path | None:
-        """From where no path may start, the way to where one may; None if there is none near, or no need."""
-        terrain = self.terrain(grid, clearance_m)
-        cells = self._way_out(terrain, start_cell)
-        return None if cells is None else terrain.path(cells[-1:], 0.0, cells, self.config.escape_radius_m)
-
     def _way_out(self, terrain: Terrain, start_cell: tuple[int, int]) -> NDArray[np.int32] | None:
         return way_out(self._memory, terrain, start_cell, self._escape_prices, self.config.escape_radius_m)
 

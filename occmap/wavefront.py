@@ -48,12 +48,6 @@ class Wavefront:
         self._check()
         return self.memory.n_touched
 
-    @property
-    def cost_m(self) -> NDArray[np.float32]:
-        """(ny, nx) metres weighted by the soft cost near walls, inf out of reach. Costs the whole map."""
-        self._check()
-        return self._metres(self.memory.cost).reshape(self.terrain.shape)
-
     def fixed_point(self, within_m: float = math.inf) -> tuple[NDArray[np.int32], int]:
         """Costs as the search keeps them, (ny, nx), no copy, and the bound below which a cell is in reach.
 
@@ -78,18 +72,10 @@ class Wavefront:
         return touched[self.memory.cost[touched] < self.exact_below]
 
     def cost_at(self, cells: Cells) -> NDArray[np.float32]:
-        """(n,) the same, for some cells (ix, iy); inf also outside the grid."""
+        """(n,) metres to cells (ix, iy), dearer near walls; inf out of reach and outside the grid."""
         self._check()
         inside, flat = self._flat(cells)
         return np.where(inside, self._metres(self.memory.cost[flat]), np.float32(np.inf))
-
-    def length_to(self, cell: tuple[int, int]) -> float:
-        """Metres of the way to a cell, unweighted and before shortcuts; inf if out of reach. O(way)."""
-        cells = self.cells_to(cell)
-        if cells is None:
-            return float("inf")
-        steps = np.hypot(np.diff(cells % self.terrain.shape[1]), np.diff(cells // self.terrain.shape[1]))
-        return float(steps.sum()) * self.terrain.frame.resolution_m
 
     def cells_to(self, cell: tuple[int, int]) -> NDArray[np.int32] | None:
         """Flat indices of the way from the start to a cell; None if out of reach."""

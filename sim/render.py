@@ -29,11 +29,10 @@ Rgb8 = NDArray[np.uint8]
 BACKENDS = ("egl", "osmesa")
 """Graphics without a screen, the faster one first."""
 READY = b"ready\n"
-CHASE, OVERVIEW = 0.0, 1.0
 
 
 class Studio:
-    """A camera over a world, and another one behind its robot."""
+    """A camera over a world."""
 
     def __init__(
         self, child: subprocess.Popen[bytes], model: mujoco.MjModel, size_px: tuple[int, int]
@@ -45,28 +44,11 @@ class Studio:
 
     def overview(self, world_from_robot: Pose2, door_heights_m: Sequence[float] = ()) -> Rgb8:
         """The whole building from above, the robot in it."""
-        return self._shoot(OVERVIEW, world_from_robot, door_heights_m)
-
-    def chase(self, world_from_robot: Pose2, door_heights_m: Sequence[float] = ()) -> Rgb8:
-        """The robot and what is around it, from above and behind."""
-        return self._shoot(CHASE, world_from_robot, door_heights_m)
-
-    def close(self) -> None:
-        """Let the child go."""
-        self._child.communicate()
-
-    def __enter__(self) -> Studio:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
-    def _shoot(self, camera: float, pose: Pose2, door_heights_m: Sequence[float]) -> Rgb8:
         heights_m = list(door_heights_m) or [0.0] * self._doors
         if len(heights_m) != self._doors:
             raise ValueError(f"this world has {self._doors} closing doors, got heights of {len(heights_m)}")
-        body = [pose.x_m, pose.y_m, 0.0, *yaw_quaternion(pose.yaw_rad)]
-        order = np.array([camera, *body, *self._wheels, *heights_m])
+        body = [world_from_robot.x_m, world_from_robot.y_m, 0.0, *yaw_quaternion(world_from_robot.yaw_rad)]
+        order = np.array([*body, *self._wheels, *heights_m])
         stdin, stdout = self._child.stdin, self._child.stdout
         assert stdin is not None
         assert stdout is not None
@@ -77,6 +59,16 @@ class Studio:
         if len(picture) < 3 * width * height:
             raise RuntimeError(f"the rendering process ended with exit status {self._child.wait()}")
         return np.frombuffer(picture, dtype=np.uint8).reshape(height, width, 3)
+
+    def close(self) -> None:
+        """Let the child go."""
+        self._child.communicate()
+
+    def __enter__(self) -> Studio:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
 
 
 def open_studio(model: mujoco.MjModel, building: Building, size_px: tuple[int, int]) -> Studio | None:

@@ -26,15 +26,6 @@ def overview_camera(x_m: float, y_m: float, seen_m: float) -> mujoco.MjvCamera:
     return camera
 
 
-def chase_camera(robot: int) -> mujoco.MjvCamera:
-    """Over the robot's shoulder, steep enough to look over walls; +y up in the picture."""
-    camera = mujoco.MjvCamera()
-    camera.type = mujoco.mjtCamera.mjCAMERA_TRACKING
-    camera.trackbodyid = robot
-    camera.distance, camera.azimuth, camera.elevation = 9.0, 90.0, -62.0
-    return camera
-
-
 def mark(scene: mujoco.MjvScene, place_m: np.ndarray, radius_m: float) -> None:
     """A disc over the robot, which alone would be a few pixels in a picture of a whole building."""
     height_m = 1.2  # over the walls, so that none hides it
@@ -60,20 +51,18 @@ def main(file: str, width: int, height: int, x_m: float, y_m: float, seen_m: flo
     model.vis.map.zfar = 2.0 * overview.distance / model.stat.extent + 10.0
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    cameras = [chase_camera(model.body("robot").id), overview]
     orders, pictures = sys.stdin.buffer, sys.stdout.buffer
     with mujoco.Renderer(model, height, width) as renderer:
         pictures.write(READY)
         pictures.flush()
-        size = 8 * (1 + model.nq + model.nmocap)
+        size = 8 * (model.nq + model.nmocap)
         while len(order := orders.read(size)) == size:
-            camera, *state = np.frombuffer(order).tolist()
+            state = np.frombuffer(order)
             data.qpos[:] = state[: model.nq]
             data.mocap_pos[:, 2] = state[model.nq :]
             mujoco.mj_forward(model, data)
-            renderer.update_scene(data, cameras[int(camera)])
-            if cameras[int(camera)] is overview:
-                mark(renderer.scene, data.qpos[:2], max(0.17, seen_m / 60.0))
+            renderer.update_scene(data, overview)
+            mark(renderer.scene, data.qpos[:2], max(0.17, seen_m / 60.0))
             pictures.write(renderer.render().tobytes())
             pictures.flush()
 

@@ -49,7 +49,7 @@ def test_a_viewpoint_is_in_reach_and_sees_into_the_unknown():
     goal = scene.goal()
     ix, iy = scene.grid.frame.cell_at(*goal.viewpoint_in_map)
     assert scene.grid.state[iy, ix] == Belief.FREE
-    assert goal.cost_m == pytest.approx(scene.flood().length_to((ix, iy)), abs=0.02)
+    assert goal.cost_m == pytest.approx(float(scene.flood().cost_at(np.array([(ix, iy)]))[0]), abs=0.02)
     assert kernels.sees(scene.grid.state, ix, iy, 7, 3, 3)  # two cells deep past the doorway
     assert not kernels.sees(scene.grid.state, *scene.start, 7, 3, 3)
     assert goal.frontier.viewpoint == goal.viewpoint_in_map

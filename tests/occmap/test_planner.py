@@ -30,6 +30,12 @@ def believed(occupied, resolution_m=0.05, unknown=None):
     return grid, clearance.astype(np.float32)
 
 
+def costs_of(wave):
+    """(ny, nx) metres to every cell."""
+    ny, nx = wave.terrain.shape
+    return wave.cost_at(np.argwhere(np.ones((ny, nx), bool))[:, ::-1]).reshape(ny, nx)
+
+
 def clutter(rng, n=90):
     """Walls around a square with random blocks and a few long walls."""
     occupied = np.zeros((n, n), bool)
@@ -73,7 +79,7 @@ def test_flood_and_a_star_cost_what_dijkstra_says(seed):
     expected = dijkstra_costs(planner, grid, clearance, (8, 8)) * 0.05 / 1024
     wave = planner.flood(grid, clearance, (8, 8))
     assert wave.is_exhausted
-    np.testing.assert_allclose(wave.cost_m, expected, rtol=1e-6)
+    np.testing.assert_allclose(costs_of(wave), expected, rtol=1e-6)
     reached = np.argwhere(np.isfinite(expected))[:, ::-1]
     for goal in reached[rng.integers(0, len(reached), 20)]:
         path = planner.plan(grid, clearance, (8, 8), goal[None])
@@ -84,22 +90,23 @@ def test_flood_and_a_star_cost_what_dijkstra_says(seed):
 def test_a_second_search_finds_the_same_after_the_first_was_forgotten():
     grid, clearance = believed(clutter(np.random.default_rng(7)))
     planner = Planner()
-    first = planner.flood(grid, clearance, (8, 8)).cost_m
+    first = costs_of(planner.flood(grid, clearance, (8, 8)))
     planner.flood(grid, clearance, (10, 10), within_m=0.5)
     planner.plan(grid, clearance, (8, 8), np.array([[9, 9]]))
-    np.testing.assert_array_equal(planner.flood(grid, clearance, (8, 8)).cost_m, first)
+    np.testing.assert_array_equal(costs_of(planner.flood(grid, clearance, (8, 8))), first)
 
 
 def test_a_flood_may_end_early_and_is_exact_where_it_got():
     grid, clearance = believed(clutter(np.random.default_rng(3)))
     planner = Planner()
-    full = planner.flood(grid, clearance, (8, 8)).cost_m
+    full = costs_of(planner.flood(grid, clearance, (8, 8)))
     bounded = planner.flood(grid, clearance, (8, 8), within_m=1.5)
-    reached = np.isfinite(bounded.cost_m)
+    bounded_costs = costs_of(bounded)
+    reached = np.isfinite(bounded_costs)
     assert not bounded.is_exhausted
-    np.testing.assert_array_equal(bounded.cost_m[reached], full[reached])
-    assert np.array_equal(reached, full <= bounded.cost_m[reached].max())
-    assert 1.5 <= bounded.cost_m[reached].max() < 1.7
+    np.testing.assert_array_equal(bounded_costs[reached], full[reached])
+    assert np.array_equal(reached, full <= bounded_costs[reached].max())
+    assert 1.5 <= bounded_costs[reached].max() < 1.7
 
     near, far = np.argwhere((full > 0.5) & (full < 0.6))[0][::-1], np.argwhere(np.isfinite(full))[-1][::-1]
     one = planner.flood(grid, clearance, (8, 8), targets=np.array([near, far]), want=1)
@@ -123,7 +130,7 @@ def test_a_wavefront_is_void_once_its_planner_has_searched_again():
 def test_the_nearest_of_several_goals_is_chosen_and_none_is_none():
     grid, clearance = believed(clutter(np.random.default_rng(1)))
     planner = Planner()
-    costs = planner.flood(grid, clearance, (8, 8)).cost_m
+    costs = costs_of(planner.flood(grid, clearance, (8, 8)))
     goals = np.argwhere(np.isfinite(costs))[:: costs.size // 20, ::-1]
     path = planner.plan(grid, clearance, (8, 8), goals)
     assert path is not None
@@ -137,11 +144,12 @@ def test_a_straightened_path_is_shorter_and_as_safe(seed):
     grid, clearance = believed(clutter(np.random.default_rng(seed)))
     planner = Planner()
     wave = planner.flood(grid, clearance, (8, 8))
-    goal = tuple(np.argwhere(np.isfinite(wave.cost_m))[-1][::-1])
+    goal = tuple(np.argwhere(np.isfinite(costs_of(wave)))[-1][::-1])
     cells, path = wave.cells_to(goal), wave.path_to(goal)
     assert cells is not None
     assert path is not None
-    assert path.length_m <= wave.length_to(goal) + 1e-6
+    along = np.hypot(np.diff(cells % grid.shape[1]), np.diff(cells // grid.shape[1]))
+    assert path.length_m <= along.sum() * grid.frame.resolution_m + 1e-6
     tightest = clearance.ravel()[cells[1:]].min()
     assert planner.terrain(grid, clearance).least_clearance(path.waypoints_in_map, 0.0) >= tightest - 0.036
 
@@ -251,10 +259,7 @@ def test_a_start_inside_inflation_leads_out_first():
     assert 0.15 < path.escape_m < 0.35
     assert not planner.is_blocked(path, grid, clearance)
     assert np.hypot(*np.subtract(wave.start_cell, (1, 30))) < 4
-    out = planner.escape(grid, clearance, (1, 30))
-    assert out is not None
-    assert grid.frame.cell_at(*out.goal) == wave.start_cell
-    assert planner.escape(grid, clearance, (40, 30)) is None
+    assert not planner.flood(grid, clearance, (40, 30)).start_moved
 
 
 def test_an_escape_does_not_lead_through_a_wall():

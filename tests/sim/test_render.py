@@ -36,10 +36,10 @@ def changed_near(before: np.ndarray, after: np.ndarray) -> tuple[float, float]:
 
 
 def test_pictures_are_as_large_as_asked_for_and_show_something(studio):
-    for picture in (studio.overview(START), studio.chase(START)):
-        assert picture.shape == (100, 150, 3)
-        assert picture.dtype == np.uint8
-        assert picture.std() > 10
+    picture = studio.overview(START)
+    assert picture.shape == (100, 150, 3)
+    assert picture.dtype == np.uint8
+    assert picture.std() > 10
 
 
 def test_north_is_up_and_east_is_right(studio):
