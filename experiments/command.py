@@ -38,7 +38,7 @@ class Command:
 def parse(arguments: Sequence[str]) -> Command:
     """The command that these arguments give. Prints and exits for --help and for options that do not parse;
     ValueError for values that make no sense."""
-    file = _config_file(arguments)
+    file = file_named("--config", arguments)
     said = ExperimentConfig() if file is None else config_file.read(ExperimentConfig, file)
     command = tyro.cli(
         Command, prog="python -m experiments.explore", args=list(arguments), default=Command(experiment=said)
@@ -51,13 +51,13 @@ def parse(arguments: Sequence[str]) -> Command:
     return command
 
 
-def _config_file(arguments: Sequence[str]) -> Path | None:
-    """What --config names: its values are the defaults of all other options, so it is needed first."""
+def file_named(option: str, arguments: Sequence[str]) -> Path | None:
+    """What an option names whose file holds the defaults of all others, so that it is needed first."""
     for argument, following in pairwise([*arguments, ""]):
-        if argument == "--config" and following:
+        if argument == option and following:
             return Path(following)
-        if argument.startswith("--config="):
-            return Path(argument.removeprefix("--config="))
+        if argument.startswith(f"{option}="):
+            return Path(argument.removeprefix(f"{option}="))
     return None
 
 

@@ -1,209 +1,168 @@
-"""Many buildings, one result line each, and a table.
+"""Many runs: kinds x sizes x seeds x strategies x noise x any option, here or on a cluster.
 
-    python -m experiments.sweep --out runs/sweep --kinds office maze --seeds 0 20
+    python -m experiments.sweep --out runs/sweep --kinds office maze --seeds 0 20 --workers 2
+    python -m experiments.sweep --matrix office.toml --shard 3/8
+    python -m experiments.sweep --scheduler tcp://10.0.0.1:8786 --seeds 0 1000
 
-Every run is a process's own, so that a crash costs its own run only. Results are appended to
-results.jsonl as they come; a sweep that was stopped and is started again leaves out what is there.
+Every run leaves a file of its own the moment it is done. A sweep that was stopped, killed or extended
+goes on where it was; a worker that is killed costs its own run only. See docs/sweeps.md.
 """
 
 from __future__ import annotations
 
-import hashlib
-import json
-import multiprocessing
 import sys
-from collections.abc import Iterator, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
-from concurrent.futures.process import BrokenProcessPool
-from dataclasses import asdict, dataclass, field, replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from itertools import islice
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
 from experiments import config_file
-from experiments.config import ExperimentConfig
-from sim.generators import Kind
+from experiments.command import file_named
+from experiments.signals import StopRequest
+from experiments.sweeping.matrix import Matrix
+from experiments.sweeping.recordings import Keep, record, recording_jobs, to_record
 
-RESULTS = "results.jsonl"
-TABLE = "table.txt"
+if TYPE_CHECKING:
+    from experiments.sweeping.jobs import Job
+    from experiments.sweeping.pool import Work
+    from experiments.sweeping.store import Store
+
+MISTAKE = 2
+"""Exit status of a user's mistake."""
 
 
 @dataclass(frozen=True)
 class Sweep:
-    """Explore many buildings and gather what came of it."""
+    """Explore many buildings and gather what came of it.
+
+    Exit status: 0 every run complete and honest, 1 not so, 2 a mistake in the options, 130 or 143
+    interrupted.
+    """
 
     out: Path = Path("runs/sweep")
-    """Where results.jsonl and table.txt go. Results that are there already are kept and not run again."""
-    kinds: tuple[Kind, ...] = ("office", "apartment", "maze", "hall")
-    """Kinds of building."""
-    seeds: tuple[int, int] = (0, 20)
-    """Seeds, from FIRST up to but without LAST."""
-    plans: tuple[Path, ...] = ()
-    """Explore these floor plans, with every seed, instead of generated buildings."""
+    """The sweep's folder. Runs that are there already are kept and not run again."""
+    matrix: Path | None = None
+    """A .toml or .yaml file with any of the axes below. Options given beside it win."""
     workers: int = 1
-    """Processes at a time."""
-    experiment: Annotated[ExperimentConfig, tyro.conf.arg(name="")] = field(default_factory=ExperimentConfig)
+    """Processes at a time, each on one thread."""
+    scheduler: str | None = None
+    """Address of a Dask scheduler, tcp://HOST:PORT: run on its workers instead."""
+    shard: str = "1/1"
+    """K/N: only every Nth run, beginning with the Kth. For job arrays; all may share one folder."""
+    keep_recordings: str = "none"
+    """worst:N, all or none: when all is done, run these once more with the recording on."""
+    axes: Annotated[Matrix, tyro.conf.arg(name="")] = field(default_factory=Matrix)
 
     def __post_init__(self) -> None:
         if self.workers < 1:
             raise ValueError(f"workers must be at least 1, got {self.workers}")
-        if not 0 <= self.seeds[0] < self.seeds[1]:
-            raise ValueError(f"seeds must be FIRST LAST with 0 <= FIRST < LAST, got {self.seeds}")
+        Keep.parse(self.keep_recordings)
+        self.share_of(range(0))
 
-    def experiments(self) -> Iterator[ExperimentConfig]:
-        """Every run of the sweep."""
-        for seed in range(*self.seeds):
-            for plan in self.plans:
-                yield replace(self.experiment, seed=seed, plan=plan)
-            for kind in self.kinds if not self.plans else ():
-                building = replace(self.experiment.building, kind=kind)
-                yield replace(self.experiment, seed=seed, building=building)
-
-
-def key_of(config: ExperimentConfig) -> str:
-    """Names a run by everything that decides its result."""
-    plain = json.dumps(config_file.to_plain(config), sort_keys=True)
-    return hashlib.sha256(plain.encode()).hexdigest()[:16]
+    def share_of(self, runs: range) -> range:
+        """Of the runs' numbers those of this shard."""
+        numbers = self.shard.split("/")
+        if len(numbers) == 2 and all(number.isdecimal() for number in numbers):
+            this, shards = map(int, numbers)
+            if 1 <= this <= shards:
+                return runs[this - 1 :: shards]
+        raise ValueError(f"shard must be K/N with 1 <= K <= N, got {self.shard!r}")
 
 
-def result_of(config: ExperimentConfig) -> dict[str, Any]:
-    """Run one experiment without recording. A mistake or a crash is a result too."""
-    from experiments.experiment import prepare
-    from experiments.run import run
-    from experiments.summary import finite, summarise
-
-    name = config.plan.stem if config.plan is not None else config.building.kind
-    row: dict[str, Any] = {"key": key_of(config), "name": name, "seed": config.seed}
-    try:
-        return row | finite(asdict(summarise(run(prepare(config)))))
-    except Exception as error:
-        return row | {"status": "crashed", "error": f"{type(error).__name__}: {error}"}
+def parse(arguments: Sequence[str]) -> Sweep:
+    """The sweep that these arguments give: the defaults, then what --matrix says, then the options."""
+    file = file_named("--matrix", arguments)
+    said = Sweep() if file is None else Sweep(axes=_read_matrix(file))
+    return tyro.cli(Sweep, prog="python -m experiments.sweep", args=list(arguments), default=said)
 
 
-def sweep(job: Sweep) -> list[dict[str, Any]]:
-    """Run what is missing or crashed; return all rows of the sweep."""
-    from tqdm import tqdm
+def _read_matrix(file: Path) -> Matrix:
+    from experiments.sweeping.matrix_file import read_matrix
 
-    job.out.mkdir(parents=True, exist_ok=True)
-    file = job.out / RESULTS
-    wanted = {key_of(config): config for config in job.experiments()}
-    rows = {row["key"]: row for row in read(file) if row["key"] in wanted and row["status"] != "crashed"}
-    missing = [config for key, config in wanted.items() if key not in rows]
-    end_last_line(file)
-    with file.open("a") as out, tqdm(total=len(wanted), initial=len(rows), unit="run") as bar:
-        for row in results(missing, job.workers):
-            out.write(json.dumps(row, allow_nan=False) + "\n")
-            out.flush()
-            rows[row["key"]] = row
-            bar.update()
-    return [rows[key] for key in wanted if key in rows]
+    return read_matrix(file)
 
 
-def read(file: Path) -> Iterator[dict[str, Any]]:
-    """The rows of a results file; a last line cut short by a kill is left out."""
-    for line in file.read_text().splitlines() if file.exists() else ():
+def sweep(asked: Sweep, stop: Callable[[], bool] = lambda: False, work: Work | None = None) -> Store:
+    """Run what is missing or crashed, gather all that is there, record what is worth it."""
+    from experiments.sweeping.code_version import code_version
+    from experiments.sweeping.jobs import jobs_of
+    from experiments.sweeping.pool import explore
+    from experiments.sweeping.runner import open_lanes, run_missing
+    from experiments.sweeping.store import Store
+
+    code, total = code_version(), len(asked.axes)
+    share = asked.share_of(range(total))
+    store = Store.create(asked.out)
+
+    def jobs() -> Iterator[Job]:
+        return jobs_of(asked.axes, code)
+
+    with open_lanes(asked.workers, asked.scheduler) as lanes:
+        store.ask({"code": code} | config_file.to_plain(asked))
+        mine = islice(jobs(), share.start, None, share.step)
+        tally = run_missing(mine, len(share), store, lanes, work or explore, stop)
+        width = sum(lane.width() for lane in lanes)
+    gather(store, jobs())
+    say(tally.text(width))
+    if not stop():
+        keep_recordings(asked, store, jobs)
+    return store
+
+
+def gather(store: Store, jobs: Iterator[Job]) -> None:
+    """Write down what there is of a sweep: results.jsonl, table.csv, table.txt."""
+    from experiments.sweeping import table
+    from experiments.sweeping.groups import Naming, group
+    from experiments.sweeping.store import SHEET, TABLE
+
+    store.gather(job.key for job in jobs)
+    table.write_csv(store.rows, store.folder / SHEET)
+    text = table.text_table(group(store.rows(), Naming.of(store.rows())))
+    (store.folder / TABLE).write_text(text + "\n")
+
+
+def keep_recordings(asked: Sweep, store: Store, jobs: Callable[[], Iterator[Job]]) -> None:
+    """Run again what is worth looking at, on this machine: recordings are large."""
+    from experiments.sweeping.pool import results
+    from experiments.sweeping.runner import open_lanes
+
+    wanted = to_record(store, Keep.parse(asked.keep_recordings))
+    if not wanted:
+        return
+    with open_lanes(asked.workers, None) as lanes:
+        for result in results(recording_jobs(jobs(), wanted, store), lanes, record):
+            row = result.row
+            say(f"recorded {row['name']} {row['seed']}: {row.get('error', row['status'])}")
+    store.gather(job.key for job in jobs())
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Parse, sweep, print the table. Returns the exit status."""
+    from experiments.sweeping.groups import is_good
+    from experiments.sweeping.store import TABLE
+
+    with StopRequest() as stop:
         try:
-            yield json.loads(line)
-        except json.JSONDecodeError:
-            continue
+            asked = parse(sys.argv[1:] if arguments is None else arguments)
+            store = sweep(asked, stop)
+        except (ValueError, OSError) as mistake:
+            say(f"error: {mistake}")
+            return MISTAKE
+        except KeyboardInterrupt:  # asked twice
+            return 130
+        print((store.folder / TABLE).read_text(), end="")
+        say(f"results in {store.folder}")
+        if stop.signal is not None:
+            return 128 + stop.signal
+        return 0 if all(is_good(row) for row in store.rows()) else 1
 
 
-def end_last_line(file: Path) -> None:
-    """Close a line that a kill cut short, so that the next one does not continue it."""
-    if file.exists() and (text := file.read_bytes()) and not text.endswith(b"\n"):
-        file.write_bytes(text + b"\n")
-
-
-def results(configs: Sequence[ExperimentConfig], workers: int) -> Iterator[dict[str, Any]]:
-    """A row per config, as they come. Processes are spawned: a fork would share threads and locks."""
-    waiting = {key_of(config): config for config in configs}
-    tries = dict.fromkeys(waiting, 0)
-    while waiting:
-        with ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn")) as pool:
-            futures: dict[Future[dict[str, Any]], str] = {
-                pool.submit(result_of, config): key for key, config in waiting.items()
-            }
-            for future in as_completed(futures):
-                key = futures[future]
-                try:
-                    row = future.result()
-                except BrokenProcessPool:  # a worker was killed: whoever was running pays, the rest go on
-                    tries[key] += 1
-                    continue
-                del waiting[key]
-                yield row
-        for key in [key for key in waiting if tries[key] >= MOST_TRIES]:
-            del waiting[key]
-            yield {"key": key, "status": "crashed", "error": "its process was killed"}
-
-
-MOST_TRIES = 3
-"""A run whose process pool dies this often is given up."""
-
-COLUMNS = (
-    "runs",
-    "complete",
-    "honest",
-    "explored",
-    "worst",
-    "wrong",
-    "recall",
-    "p95 m",
-    "hits",
-    "metres",
-    "x real",
-)
-
-
-def table(rows: Sequence[dict[str, Any]]) -> str:
-    """One line per kind of building: medians, and the worst where that is what counts."""
-    import numpy as np
-
-    lines = [f"{'':<16}" + "".join(f"{name:>10}" for name in COLUMNS)]
-    for name in sorted({row.get("name", "?") for row in rows}):
-        group = [row for row in rows if row.get("name", "?") == name]
-        done = [row for row in group if row["status"] != "crashed"]
-        if not done:
-            lines.append(f"{name:<16}{len(group):>10}  all crashed")
-            continue
-
-        def of(field: str, done: list[dict[str, Any]] = done) -> Any:
-            return np.array([row[field] for row in done], float)
-
-        p95 = np.array([row["wall_error_m"]["p95"] for row in done], float)
-        hits = sum(row["collisions"]["events"] for row in done)
-        complete = sum(row["status"] in ("complete", "sealed_in") for row in done)
-        cells = [
-            f"{len(group)}",
-            f"{complete}",
-            f"{sum(row['honest'] for row in done)}",
-            f"{np.median(of('explored')):.2%}",
-            f"{of('explored').min():.2%}",
-            f"{of('wrong').max():.3%}",
-            f"{of('wall_recall').min():.2%}",
-            f"{p95.max():.3f}",
-            f"{hits:.0f}",
-            f"{np.median(of('path_length_m')):.0f}",
-            f"{np.median(of('real_time_factor')):.0f}",
-        ]
-        lines.append(f"{name:<16}" + "".join(f"{cell:>10}" for cell in cells))
-    return "\n".join(lines)
-
-
-def main() -> int:
-    """Exit status 0 if every run is complete and honest, 1 if not, 2 for a user's mistake."""
-    try:
-        job = tyro.cli(Sweep, prog="python -m experiments.sweep")
-    except ValueError as mistake:
-        print(f"error: {mistake}", file=sys.stderr)
-        return 2
-    rows = sweep(job)
-    text = table(rows)
-    (job.out / TABLE).write_text(text + "\n")
-    print(text)
-    good = all(row["status"] in ("complete", "sealed_in") and row["honest"] for row in rows)
-    return 0 if good else 1
+def say(text: str) -> None:
+    """To people; standard output is for the table."""
+    print(text, file=sys.stderr, flush=True)
 
 
 if __name__ == "__main__":

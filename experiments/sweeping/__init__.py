@@ -1,0 +1,1 @@
+"""Many runs: which ones, where they run, what is kept of each, and what they amount to."""

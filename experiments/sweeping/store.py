@@ -1,0 +1,148 @@
+"""A sweep's folder. Each run is a file of its own, written aside and renamed: it is there whole or not.
+
+runs/3f/3fa2....json     a run's result           runs/3f/3fa2....png   its map, small
+runs/3f/3fa2....failed   of one that crashed: it is run again by the next sweep
+results.jsonl            the results of the last sweep, a line each, in the order of its matrix
+table.csv, table.txt     the same as columns; by kind and strategy
+sweep.json               what was asked for, and which code answered
+recordings/              runs that were recorded
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import uuid
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+from experiments.sweeping.jobs import CRASHED, Result, Row
+
+RESULTS, TABLE, SHEET, ASKED, RUNS, RECORDINGS = (
+    "results.jsonl",
+    "table.txt",
+    "table.csv",
+    "sweep.json",
+    "runs",
+    "recordings",
+)
+
+
+class Store:
+    """Results by key. Any number of processes may write to one folder at a time."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+
+    @staticmethod
+    def create(folder: Path) -> Store:
+        """Make the folder, or go on with one that a sweep left; ValueError if it cannot be written to."""
+        try:
+            (folder / RUNS).mkdir(parents=True, exist_ok=True)
+            is_writable = os.access(folder, os.W_OK | os.X_OK)
+        except OSError as error:
+            raise ValueError(f"cannot write to --out {folder}: {error.strerror}") from error
+        if not is_writable:
+            raise ValueError(f"cannot write to --out {folder}: permission denied")
+        if (folder / RESULTS).exists() and not (folder / ASKED).exists():
+            raise ValueError(f"--out {folder} holds results that no sweep of this kind wrote: choose another")
+        return Store(folder)
+
+    def has(self, key: str) -> bool:
+        """Whether this run is done."""
+        return self._file(key, ".json").exists()
+
+    def read(self, key: str) -> Row | None:
+        """The result of a run, also of one that crashed; None if it has not been run."""
+        for suffix in (".json", ".failed"):
+            try:
+                return json.loads(self._file(key, suffix).read_text())
+            except FileNotFoundError:
+                continue
+        return None
+
+    def write(self, result: Result) -> None:
+        """Keep a result. A crash does not replace a success, a success replaces a crash."""
+        key, has_crashed = result.row["key"], result.row["status"] == CRASHED
+        self._file(key, "").parent.mkdir(exist_ok=True)
+        if result.picture:
+            write_aside(self._file(key, ".png"), result.picture)
+        text = json.dumps(result.row, allow_nan=False)
+        write_aside(self._file(key, ".failed" if has_crashed else ".json"), text.encode())
+        if not has_crashed:
+            self._file(key, ".failed").unlink(missing_ok=True)
+
+    def picture(self, key: str) -> bytes:
+        """The small PNG of a run's map; empty if there is none."""
+        file = self._file(key, ".png")
+        return file.read_bytes() if file.exists() else b""
+
+    def rows(self) -> Iterator[Row]:
+        """The results of the last sweep; while that is still running, all that are there."""
+        if (self.folder / RESULTS).exists():
+            yield from read_lines(self.folder / RESULTS)
+            return
+        for file in sorted((self.folder / RUNS).glob("??/*.json")):
+            yield json.loads(file.read_text())
+        for file in sorted((self.folder / RUNS).glob("??/*.failed")):
+            yield json.loads(file.read_text())
+
+    def ask(self, asked: dict[str, Any]) -> None:
+        """Begin a sweep: note what is asked for. What was gathered from the last one no longer holds."""
+        write_aside(self.folder / ASKED, (json.dumps(asked, indent=2) + "\n").encode())
+        for name in (RESULTS, TABLE, SHEET):
+            (self.folder / name).unlink(missing_ok=True)
+
+    def gather(self, keys: Iterable[str]) -> int:
+        """Write results.jsonl from the runs that are done, and return how many these are."""
+        found = 0
+
+        def lines() -> Iterator[str]:
+            nonlocal found
+            for key in keys:
+                if (row := self.read(key)) is not None:
+                    found += 1
+                    yield json.dumps(row | self._recording(row), allow_nan=False)
+
+        write_lines(self.folder / RESULTS, lines())
+        return found
+
+    def recording_folder(self, row: Row) -> Path:
+        """Where the recording of a run goes."""
+        return self.folder / RECORDINGS / f"{row['name']}-{row['seed']}-{row['key'][:8]}"
+
+    def _recording(self, row: Row) -> Row:
+        """Names the folder of a run's recording, from the sweep's, if it was kept."""
+        folder = self.recording_folder(row)
+        kept = (folder / "recording.rrd").exists()
+        return {"recording": str(folder.relative_to(self.folder))} if kept else {}
+
+    def _file(self, key: str, suffix: str) -> Path:
+        return self.folder / RUNS / key[:2] / f"{key}{suffix}"
+
+
+def read_lines(file: Path) -> Iterator[Row]:
+    """The rows of a results.jsonl."""
+    with file.open() as lines:
+        for number, line in enumerate(lines, start=1):
+            try:
+                yield json.loads(line)
+            except json.JSONDecodeError as error:
+                raise ValueError(f"{file}, line {number}, is no result: {error}") from error
+
+
+def write_aside(file: Path, data: bytes) -> None:
+    """Write beside the file, then rename: nobody ever reads half of it."""
+    aside = file.with_name(f".{file.name}.{uuid.uuid4().hex[:8]}")
+    aside.write_bytes(data)
+    aside.replace(file)
+
+
+def write_lines(file: Path, lines: Iterable[str]) -> None:
+    """The same, line by line."""
+    aside = file.with_name(f".{file.name}.{uuid.uuid4().hex[:8]}")
+    with aside.open("w") as out:
+        for line in lines:
+            out.write(line + "\n")
+    aside.replace(file)
