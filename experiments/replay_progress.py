@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 
 from tqdm import tqdm
 
 from experiments.logs.log import RecordedLog
 from experiments.replaying import ReplayStep
-from experiments.tum_file import Trajectory
+from occmap.geometry import Pose2
 from occmap.grid import OccupancyGrid
 
 
@@ -24,7 +25,7 @@ class ReplayProgress:
             self._bar = tqdm(total=self._scans, unit=" scans", file=sys.stderr, mininterval=0.25)
         self._bar.update()
 
-    def finish(self, robot: Trajectory, grid: OccupancyGrid) -> None:
+    def finish(self, poses: Sequence[Pose2], grid: OccupancyGrid) -> None:
         """The bar has nothing to add."""
 
     def close(self) -> None:

@@ -57,17 +57,17 @@ def summarise(
     """The summary, and the score in it."""
     score = None if relations is None else score_relations(replayed.laser, relations)
     stopwatch, skipped = replayed.stopwatch, replayed.log.skipped
-    duration_s = float(replayed.robot.times_s[-1] - replayed.robot.times_s[0])
-    whole = len(replayed.robot) == len(replayed.log.observations)
+    times_s = replayed.robot.times_s
+    duration_s = float(times_s[-1] - times_s[0])
     summary = ReplaySummary(
         log=command.log.name,
         config=to_plain(command.replay),
-        status="complete" if whole else "interrupted",
-        scans=len(replayed.robot),
+        status="complete" if len(times_s) == len(replayed.log.observations) else "interrupted",
+        scans=len(times_s),
         has_odometry=replayed.log.has_odometry,
         skipped={"count": len(skipped), "first": [asdict(one) for one in skipped[:REPORTED_SKIPPED]]},
         duration_s=duration_s,
-        path_length_m=float(np.hypot(*np.diff(replayed.robot.poses[:, :2], axis=0).T).sum()),
+        path_length_m=replayed.path_length_m,
         relations=None if score is None else asdict(score),
         scan_ms=quantiles_ms(stopwatch),
         wall_time_by_stage_s=stopwatch.totals_s(),

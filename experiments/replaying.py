@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import islice
+from itertools import islice, pairwise
 from typing import Protocol
 
 import numpy as np
@@ -54,17 +54,30 @@ class Replayed:
     """All that is left of a log when it has been mapped."""
 
     log: RecordedLog
-    robot: Trajectory
-    """map_from_robot at every scan's own stamp, as known in the end; shorter than the log if interrupted."""
+    poses: tuple[Pose2, ...]
+    """map_from_robot at every scan, in the log's order, as known in the end; fewer if interrupted."""
     grid: OccupancyGrid
     stopwatch: Stopwatch
 
     @property
+    def robot(self) -> Trajectory:
+        """The robot's poses at the scans' own stamps."""
+        return Trajectory.of([seen.time_s for seen in self._observations], list(self.poses))
+
+    @property
     def laser(self) -> Trajectory:
-        """map_from_lidar at every scan's own stamp: what the relations benchmark scores."""
-        return self.robot.of_mounted(
-            [seen.robot_from_lidar for seen in self.log.observations[: len(self.robot)]]
-        )
+        """map_from_lidar at the scans' own stamps: what the relations benchmark scores."""
+        mounts = [seen.robot_from_lidar for seen in self._observations]
+        poses = [pose @ mount for pose, mount in zip(self.poses, mounts, strict=True)]
+        return Trajectory.of([seen.time_s for seen in self._observations], poses)
+
+    @property
+    def path_length_m(self) -> float:
+        return sum(a.distance_to(b) for a, b in pairwise(self.poses))
+
+    @property
+    def _observations(self) -> Sequence[Observation]:
+        return self.log.observations[: len(self.poses)]
 
 
 class ReplayRecorder(Protocol):
@@ -72,8 +85,8 @@ class ReplayRecorder(Protocol):
 
     def record(self, step: ReplayStep) -> None: ...
 
-    def finish(self, robot: Trajectory, grid: OccupancyGrid) -> None:
-        """See what it all came to: the final trajectory and map."""
+    def finish(self, poses: Sequence[Pose2], grid: OccupancyGrid) -> None:
+        """See what it all came to: the final poses, a scan each, and the map."""
         ...
 
     def close(self) -> None:
@@ -86,14 +99,20 @@ def replay(
     config: ReplayConfig,
     recorders: Sequence[ReplayRecorder] = (),
     stop: Callable[[], bool] = lambda: False,
+    localizer: ReplayLocalizer | None = None,
 ) -> Replayed:
-    """Live through the whole log, or until `stop` says so between two scans; then settle and draw the map."""
+    """Live through the whole log, or until `stop` says so between two scans; then settle and draw the map.
+
+    A localizer that has seen another log goes on with this one.
+    """
     sensor, stopwatch = SensorModelConfig(), Stopwatch()
     try:
         with stopwatch.lap("warm_up"):
             warm_up(log.observations, config, sensor)
-        localizer = make_localizer(config.pose, config.map, sensor)
+        localizer = localizer or make_localizer(config.pose, config.map, sensor)
+        scans = 0
         for step in live(log.observations, localizer, stopwatch):
+            scans += 1
             with stopwatch.lap("recording"):
                 for recorder in recorders:
                     recorder.record(step)
@@ -101,18 +120,17 @@ def replay(
                 break
         with stopwatch.lap("settling"):
             localizer.finish()
-        times_s, poses = zip(*localizer.trajectory(), strict=True)
-        robot = Trajectory.of(list(times_s), list(poses))
+        poses = tuple(pose for _, pose in localizer.trajectory()[-scans:])
         with stopwatch.lap("map"):
             grid = localizer.map()
             if config.no_return_frees_m is not None:
-                free_no_returns(grid, log.observations[: len(robot)], robot, config.no_return_frees_m, sensor)
+                free_no_returns(grid, log.observations, poses, config.no_return_frees_m, sensor)
         for recorder in recorders:
-            recorder.finish(robot, grid)
+            recorder.finish(poses, grid)
     finally:
         for recorder in recorders:
             recorder.close()
-    return Replayed(log, robot, grid, stopwatch)
+    return Replayed(log, poses, grid, stopwatch)
 
 
 def live(
@@ -160,13 +178,12 @@ def no_returns_alone(scan: Scan, free_m: float) -> Scan:
 def free_no_returns(
     grid: OccupancyGrid,
     observations: Sequence[Observation],
-    robot: Trajectory,
+    poses: Sequence[Pose2],
     free_m: float,
     sensor: SensorModelConfig,
 ) -> None:
     """Spend the no-returns of a log on a map, each taken to be free so far."""
     mapper, motion = Mapper(sensor), MotionFilter()
-    for seen, row in zip(observations, robot.poses.tolist(), strict=True):
-        map_from_robot = Pose2(*row)
+    for seen, map_from_robot in zip(observations, poses, strict=False):  # fewer poses if interrupted
         if motion.is_due(map_from_robot):
             mapper.insert(no_returns_alone(seen.scan, free_m), map_from_robot @ seen.robot_from_lidar, grid)

@@ -28,15 +28,10 @@ class Trajectory:
 
     @staticmethod
     def of(times_s: list[float], poses: list[Pose2]) -> Trajectory:
-        rows = [(pose.x_m, pose.y_m, pose.yaw_rad) for pose in poses]
-        return Trajectory(np.array(times_s, np.float64), np.array(rows, np.float64).reshape(-1, 3))
-
-    def of_mounted(self, robot_from_part: list[Pose2]) -> Trajectory:
-        """The trajectory of a part of the robot, given where it sits at each stamp."""
-        robot = [Pose2(*pose) for pose in self.poses.tolist()]
-        return Trajectory.of(
-            self.times_s.tolist(), [a @ b for a, b in zip(robot, robot_from_part, strict=True)]
-        )
+        """Of stamps in any order."""
+        rows = np.array([(pose.x_m, pose.y_m, pose.yaw_rad) for pose in poses], np.float64).reshape(-1, 3)
+        order = np.argsort(times_s, kind="stable")
+        return Trajectory(np.array(times_s, np.float64)[order], rows[order])
 
     def nearest(self, times_s: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
         """(k,) which stamp is nearest to each time, and how far it is from it (s)."""

@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 
 from experiments.logs.log import RecordedLog, Skipped
 from experiments.logs.pose_track import PoseTrack
+from experiments.logs.scan_order import in_driven_order
 from occmap.geometry import Pose2
 from occmap.scan import Observation, Scan
 
@@ -53,7 +54,7 @@ class LaserMessage:
 
 
 def read_carmen(path: Path) -> RecordedLog:
-    """All scans of a file, sorted by ipc timestamp (files are written in the order of arrival)."""
+    """All scans of a file, sorted by ipc timestamp; in the file's order where that is clearly the truer one."""
     lasers: dict[str, list[LaserMessage]] = {"ROBOTLASER1": [], "FLASER": []}
     odometry: list[tuple[float, Pose2]] = []
     skipped: list[Skipped] = []
@@ -77,7 +78,6 @@ def read_carmen(path: Path) -> RecordedLog:
             reason = "cut short" if isinstance(error, IndexError) else str(error)
             skipped.append(Skipped(number, f"{words[0][:20]}: {reason}"))
     messages = max(lasers.values(), key=len)  # not both: loggers that know both write every scan twice
-    messages.sort(key=lambda message: message.time_s)
     return _recorded(messages, odometry, parameters, skipped)
 
 
@@ -94,7 +94,7 @@ def _recorded(
         track = PoseTrack([time_s for time_s, _ in odometry], [pose for _, pose in odometry])
         odom_from_robots = [track.at(message.time_s) for message in messages]
     has_odometry = _moves(odom_from_robots)
-    observations = tuple(
+    observations = [
         Observation(
             message.time_s,
             odom_from_robot if has_odometry else Pose2.identity(),
@@ -102,8 +102,8 @@ def _recorded(
             robot_from_lidar,
         )
         for message, odom_from_robot in zip(messages, odom_from_robots, strict=True)
-    )
-    return RecordedLog(observations, has_odometry, tuple(skipped))
+    ]
+    return RecordedLog(tuple(in_driven_order(observations)), has_odometry, tuple(skipped))
 
 
 def _mount(messages: list[LaserMessage], parameters: dict[str, str]) -> Pose2:

@@ -22,7 +22,7 @@ class Skipped:
 
 @dataclass(frozen=True)
 class RecordedLog:
-    """Scans with their odometry, in the order of their stamps.
+    """Scans with their odometry, in the order of their stamps, unless those are plainly wrong (scan_order).
 
     A beam that met nothing has range inf, as in any Scan; how far that is known to be free is not in a
     log, and for its reader to say.
@@ -35,7 +35,8 @@ class RecordedLog:
 
     @property
     def duration_s(self) -> float:
-        return self.observations[-1].time_s - self.observations[0].time_s
+        times_s = [seen.time_s for seen in self.observations]
+        return max(times_s) - min(times_s)
 
 
 def read_log(path: Path, scan_topic: str | None = None, odometry_topic: str | None = None) -> RecordedLog:

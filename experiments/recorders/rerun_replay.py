@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import uuid
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -20,7 +21,6 @@ from experiments.recorders.rerun_scene import (
     planar_transform,
 )
 from experiments.replaying import ReplayStep
-from experiments.tum_file import Trajectory
 from occmap.geometry import Points, Pose2
 from occmap.grid import GridConfig, OccupancyGrid
 from occmap.mapper import Mapper
@@ -85,11 +85,11 @@ class RerunReplay:
             self._sync_due_s = now_s + self.config.sync_period_s
             self._rec.flush(timeout_sec=0.0)  # starts the push, does not wait for the disk
 
-    def finish(self, robot: Trajectory, grid: OccupancyGrid) -> None:
+    def finish(self, poses: Sequence[Pose2], grid: OccupancyGrid) -> None:
         """The final map, and the whole path as it was corrected in the end."""
         self._grid = grid
         self._log_map()
-        path = lifted(robot.poses[:, :2], BEAM_Z_M)
+        path = lifted(np.array([pose.position for pose in poses]).reshape(-1, 2), BEAM_Z_M)
         self._rec.log(
             "world/map/final_trail",
             rr.LineStrips3D([path], colors=[palette.GOAL], radii=rr.Radius.ui_points(1.5)),

@@ -110,6 +110,19 @@ def test_scans_are_sorted_by_their_own_stamps(tmp_path: Path):
     assert log.duration_s == 2.0
 
 
+@pytest.mark.parametrize("with_odometry", [True, False])
+def test_stamps_that_make_the_robot_jump_are_not_believed(tmp_path: Path, with_odometry: bool):
+    """As in the log of the Intel Research Lab: the file has the scans as they were taken."""
+    stamps = [0.0, 1.0, 3.0, 2.0, 5.0, 4.0, 6.0]
+    lines = []
+    for k, stamp in enumerate(stamps):
+        pose = f"{0.5 * k if with_odometry else 0} 0 0"
+        lines.append(flaser(f"{5 - 0.5 * k} {1 + 0.5 * k}", pose, pose, stamp))
+    log = read_carmen(written(tmp_path, "".join(lines)))
+    assert [seen.time_s for seen in log.observations] == stamps
+    assert log.duration_s == 6.0
+
+
 def test_broken_lines_are_counted_by_their_number_and_never_fatal(tmp_path: Path):
     good = flaser("1 2", "0 0 0", "0 0 0", 1.0)
     broken = [

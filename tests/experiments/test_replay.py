@@ -10,7 +10,7 @@ from experiments.logs.log import read_log
 from experiments.replay import main
 from experiments.replay_localizers import MotionFilter
 from experiments.replaying import ReplayConfig, free_no_returns, hits_alone, no_returns_alone, replay
-from experiments.tum_file import Trajectory, read_tum
+from experiments.tum_file import read_tum
 from occmap.geometry import Pose2
 from occmap.grid import Belief, OccupancyGrid
 from occmap.map_server import load_map
@@ -60,7 +60,7 @@ def test_the_folder_holds_what_the_readme_promises(folders: dict[str, Path]):
 
 def test_one_pose_a_scan_at_the_log_s_own_stamps(folders: dict[str, Path]):
     log = read_log(LOG)
-    times_s = [seen.time_s for seen in log.observations]
+    times_s = sorted(seen.time_s for seen in log.observations)
     for folder in folders.values():
         for name in ("trajectory.tum", "laser.tum"):
             np.testing.assert_array_equal(read_tum(folder / name).times_s, times_s)
@@ -80,6 +80,16 @@ def test_the_same_log_twice_is_the_same_trajectory_bit_by_bit():
     first, second = (replay(log, ReplayConfig()) for _ in range(2))
     np.testing.assert_array_equal(first.robot.poses, second.robot.poses)
     np.testing.assert_array_equal(first.grid.state, second.grid.state)
+
+
+def test_the_trajectory_is_sorted_by_stamp_whatever_the_log_is(tmp_path: Path):
+    stamps = [0.0, 1.0, 3.0, 2.0, 5.0, 4.0, 6.0]
+    lines = [f"FLASER 3 1 {9 - k} 1 {k} 0 0 {k} 0 0 {t} host 1" for k, t in enumerate(stamps)]
+    (tmp_path / "some.log").write_text("\n".join(lines))
+    replayed = replay(read_log(tmp_path / "some.log"), ReplayConfig(pose="odometry"))
+    np.testing.assert_array_equal(replayed.laser.times_s, sorted(stamps))
+    np.testing.assert_array_equal(replayed.laser.poses[:, 0], [0, 1, 3, 2, 5, 4, 6])
+    assert replayed.path_length_m == 6.0
 
 
 def test_what_an_earlier_replay_wrote_is_not_overwritten(folders: dict[str, Path], capsys):
@@ -154,7 +164,7 @@ def test_a_no_return_frees_nothing_unless_told_how_far():
 
     grid = OccupancyGrid()
     seen = (Observation(0.0, Pose2.identity(), scan, Pose2.identity()),)
-    free_no_returns(grid, seen, Trajectory.of([0.0], [Pose2.identity()]), 3.0, SensorModelConfig())
+    free_no_returns(grid, seen, [Pose2.identity()], 3.0, SensorModelConfig())
     for y_m, log_odds in ((2.5, -0.4), (3.5, 0.0)):
         ix, iy = grid.frame.cell_at(0.01, y_m)
         value = grid.log_odds[iy, ix] if grid.contains(ix, iy) else 0.0

@@ -9,7 +9,6 @@ from rerun.chunk import RrdReader
 
 from experiments.recorders.rerun_replay import RerunReplay
 from experiments.replaying import ReplayStep
-from experiments.tum_file import Trajectory
 from occmap.geometry import Pose2
 from occmap.grid import GridConfig, OccupancyGrid
 from occmap.localization import Estimate
@@ -39,7 +38,7 @@ def chunks(tmp_path_factory: pytest.TempPathFactory) -> list:
             Mapper().insert(mapped.observation.scan, Pose2(20.0, 20.0, 0.0), corrected)
         recorder.record(step(k, corrected if k == 20 else None))
     poses = [step(k).estimate.map_from_robot for k in range(SCANS)]
-    recorder.finish(Trajectory.of([1000.0 + 0.2 * k for k in range(SCANS)], poses), corrected)
+    recorder.finish(poses, corrected)
     recorder.close()
     rr.set_strict_mode(False)
     return list(RrdReader(path).stream())

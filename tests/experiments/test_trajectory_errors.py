@@ -42,10 +42,10 @@ def test_alignment_undoes_any_rigid_motion(files: tuple[Path, Path]):
     np.testing.assert_allclose(back[:, :2], poses[:, :2], atol=1e-9)
 
 
-def test_a_mounted_part_moves_with_the_robot():
-    robot = Trajectory.of([0.0, 1.0], [Pose2(0.0, 0.0, 0.0), Pose2(1.0, 0.0, np.pi / 2)])
-    part = robot.of_mounted([Pose2(0.2, 0.0, 0.0)] * 2)
-    np.testing.assert_allclose(part.poses[:, :2], [(0.2, 0.0), (1.0, 0.2)], atol=1e-12)
+def test_stamps_in_any_order_make_a_trajectory_in_order():
+    trajectory = Trajectory.of([2.0, 1.0], [Pose2(0.2, 0.0, 0.0), Pose2(0.1, 0.0, 0.0)])
+    np.testing.assert_array_equal(trajectory.times_s, [1.0, 2.0])
+    np.testing.assert_array_equal(trajectory.poses[:, 0], [0.1, 0.2])
 
 
 @pytest.mark.parametrize("align", [False, True])
