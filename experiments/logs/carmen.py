@@ -54,7 +54,7 @@ class LaserMessage:
 
 
 def read_carmen(path: Path) -> RecordedLog:
-    """All scans of a file, sorted by ipc timestamp; in the file's order where that is clearly the truer one."""
+    """All scans of a file, in the order of their ipc timestamps, or of the file if that is clearly truer."""
     lasers: dict[str, list[LaserMessage]] = {"ROBOTLASER1": [], "FLASER": []}
     odometry: list[tuple[float, Pose2]] = []
     skipped: list[Skipped] = []
