@@ -1,4 +1,4 @@
-"""Seeded buildings: office, apartment, maze, hall."""
+"""Seeded buildings: office, apartment, maze, hall, rooms."""
 
 from __future__ import annotations
 
@@ -11,18 +11,20 @@ if TYPE_CHECKING:
 
     from sim.building import Building
 
-Kind = Literal["office", "apartment", "maze", "hall"]
+Kind = Literal["office", "apartment", "maze", "hall", "rooms"]
 DEFAULT_SIZE_M: dict[str, tuple[float, float]] = {
     "office": (30.0, 20.0),
     "apartment": (13.0, 9.0),
     "maze": (20.0, 20.0),
     "hall": (30.0, 20.0),
+    "rooms": (100.0, 100.0),
 }
 LEAST_SIZE_M: dict[str, tuple[float, float]] = {
     "office": (7.0, 6.0),
     "apartment": (9.0, 7.0),
     "maze": (4.0, 4.0),
     "hall": (11.0, 10.0),
+    "rooms": (8.0, 8.0),
 }
 LARGEST_M = 300.0
 ATTEMPTS = 60
@@ -34,11 +36,13 @@ class BuildingConfig:
     """Which building to generate."""
 
     kind: Kind = "office"
-    """office: corridors, rooms, loops; apartment: rooms around a hallway; maze; hall: shelves, columns."""
+    """office: corridors, rooms, loops; apartment: rooms around a hallway; maze; hall: shelves, columns;
+    rooms: large, bare, overlapping rectangles and wide corridors."""
     seed: int | None = None
     """Same seed, same building; by default a child of the run's seed."""
     size_m: tuple[float, float] | None = None
-    """Outer width and height; by default office and hall 30 x 20, maze 20 x 20, apartment 13 x 9."""
+    """Outer width and height; by default office and hall 30 x 20, maze 20 x 20, apartment 13 x 9,
+    rooms 100 x 100."""
 
     def __post_init__(self) -> None:
         if self.kind not in get_args(Kind):
@@ -63,13 +67,14 @@ class BuildingConfig:
 
 def generate(config: BuildingConfig, rng: np.random.Generator) -> Building:
     """A building of this kind, in which the start reaches all rooms. The rng alone decides which."""
-    from sim.generators import apartment, hall, maze, office
+    from sim.generators import apartment, hall, maze, office, rooms
 
     makers = {
         "office": office.office,
         "apartment": apartment.apartment,
         "maze": maze.maze,
         "hall": hall.hall,
+        "rooms": rooms.rooms,
     }
     size_m = config.size_m or DEFAULT_SIZE_M[config.kind]
     for _ in range(ATTEMPTS):
