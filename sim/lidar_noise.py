@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,27 +70,17 @@ class LidarNoise:
     """Spoils exact ranges. Every source draws the same amount each scan, whatever its level."""
 
     def __init__(self, config: LidarNoiseConfig, streams: LidarStreams) -> None:
+        from sim import lidar_kernels  # compiled on first use, not on import
+
         self.config = config
         self._streams = streams
+        self._spoil = lidar_kernels.spoil
+        self._levels = astuple(config)
 
     def spoil(self, exact_m: Floats, min_range_m: float, max_range_m: float) -> Floats:
         """(n,) measured ranges: at or beyond max_range_m they are inf, of failed beams nan."""
-        config, streams, count = self.config, self._streams, len(exact_m)
-        reach_m = np.minimum(exact_m, max_range_m)
-        sigma_m = config.range_sigma_m + config.range_sigma_share * reach_m
-        measured = reach_m + sigma_m * streams.range_error.standard_normal(count)
-        measured[exact_m > max_range_m] = math.inf
-
-        chance = streams.short.random(count)
-        short = np.flatnonzero(chance < config.short_rate)
-        if len(short):
-            place = chance[short] / config.short_rate  # below the rate, chance is uniform still
-            measured[short] = min_range_m + place * np.maximum(reach_m[short] - min_range_m, 0.0)
-        measured[streams.miss.random(count) < config.miss_rate] = math.inf
-
-        if config.quantum_m > 0.0:
-            measured = np.rint(measured / config.quantum_m) * config.quantum_m
-        np.maximum(measured, 0.0, out=measured)
-        measured[measured >= max_range_m] = math.inf
-        measured[streams.dropout.random(count) < config.dropout_rate] = math.nan
-        return measured
+        streams, count = self._streams, len(exact_m)
+        normal = streams.range_error.standard_normal(count)
+        short, miss = streams.short.random(count), streams.miss.random(count)
+        dropout = streams.dropout.random(count)
+        return self._spoil(exact_m, normal, short, miss, dropout, self._levels, min_range_m, max_range_m)
