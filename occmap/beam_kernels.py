@@ -65,3 +65,14 @@ def beam_ends(bearings, ranges, min_range, max_range, usable_range, company, x, 
         n += 1
         points[n, 0], points[n, 1] = end_x, end_y
     return points[: n + 1], hit[:n], (low_x, low_y, high_x, high_y)
+
+
+@njit(cache=True)
+def to_window(points, origin_x, origin_y, resolution_m, border, ix0, iy0):
+    """Take points (n, 2) from metres to cells of a window that begins at cell (ix0, iy0), in place. O(n).
+
+    As GridFrame.in_cells has it, bit by bit.
+    """
+    for k in range(points.shape[0]):
+        points[k, 0] = (points[k, 0] - origin_x) / resolution_m + border - ix0
+        points[k, 1] = (points[k, 1] - origin_y) / resolution_m + border - iy0

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from occmap.geometry import Points, Pose2
-from occmap.grid import OccupancyGrid
+from occmap.grid import BORDER, OccupancyGrid
 from occmap.scan import Scan
 from occmap.sensor_model import SensorModelConfig
 
@@ -50,6 +50,8 @@ class Mapper:
         self._window = np.zeros(0, np.uint16)
         self._flips = np.empty(0, np.int32)
         self._was = np.empty(0, np.uint8)
+        self._in_order: NDArray[np.float64] | None = None  # bearings that were found to ascend
+        self._model_on: tuple[OccupancyGrid, Any] | None = None
 
     def insert(self, scan: Scan, map_from_lidar: Pose2, grid: OccupancyGrid) -> GridChange:
         """Spend one scan taken at this pose. The grid grows first, no farther than the beams reach."""
@@ -58,8 +60,8 @@ class Mapper:
         (ix0, iy0), (ix1, iy1) = grid.frame.cell_at(*low_m), grid.frame.cell_at(*high_m)
         patch = self._kernels.Patch(ix0, iy0, rows=iy1 - iy0 + 1, stride=ix1 - ix0 + 1)
         self._make_room(patch.rows * patch.stride)
-        in_window = grid.frame.in_cells(points) - (ix0, iy0)
-        n = self._integrate(patch, grid, in_window, hit)
+        self._beam_kernels.to_window(points, *grid.frame.origin_m, grid.frame.resolution_m, BORDER, ix0, iy0)
+        n = self._integrate(patch, grid, points, hit)
         return GridChange(grew, self._flips[:n].copy(), self._was[:n].copy(), grid.state)
 
     def _integrate(self, patch: Any, grid: OccupancyGrid, in_window: Points, hit: NDArray[np.bool_]) -> int:
@@ -78,11 +80,7 @@ class Mapper:
         reach_m = min(scan.max_range_m, self.config.usable_range_m)
         if math.isinf(reach_m):
             raise ValueError(f"a beam that met nothing frees max_range_m: it must be finite, got {reach_m}")
-        bearings_rad = np.ascontiguousarray(scan.bearings_rad, np.float64)
-        ranges_m = np.ascontiguousarray(scan.ranges_m, np.float64)
-        if (bearings_rad[1:] < bearings_rad[:-1]).any():  # neighbours must be neighbours
-            order = np.argsort(bearings_rad, kind="stable")
-            bearings_rad, ranges_m = bearings_rad[order], ranges_m[order]
+        bearings_rad, ranges_m = self._beams_in_order(scan)
         points, hit, (low_x, low_y, high_x, high_y) = self._beam_kernels.beam_ends(
             bearings_rad,
             ranges_m,
@@ -99,7 +97,24 @@ class Mapper:
         low_m, high_m = (low_x - beyond_m, low_y - beyond_m), (high_x + beyond_m, high_y + beyond_m)
         return points, hit, low_m, high_m
 
+    def _beams_in_order(self, scan: Scan) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Bearings, ascending, and ranges: neighbours must be neighbours."""
+        bearings_rad = np.ascontiguousarray(scan.bearings_rad, np.float64)
+        ranges_m = np.ascontiguousarray(scan.ranges_m, np.float64)
+        if bearings_rad is self._in_order:  # most lidars hand out the same bearings every time
+            return bearings_rad, ranges_m
+        if (bearings_rad[1:] < bearings_rad[:-1]).any():
+            order = np.argsort(bearings_rad, kind="stable")
+            return bearings_rad[order], ranges_m[order]
+        self._in_order = bearings_rad
+        return bearings_rad, ranges_m
+
     def _model(self, grid: OccupancyGrid) -> Any:
+        if self._model_on is None or self._model_on[0] is not grid:
+            self._model_on = grid, self._model_for(grid)
+        return self._model_on[1]
+
+    def _model_for(self, grid: OccupancyGrid) -> Any:
         hit, miss = self.config.increments(grid.config.prior)
         alpha = self.config.obstacle_thickness_m / grid.config.resolution_m
         is_cone = self.config.beam_width_rad > 0.0

@@ -12,8 +12,8 @@ from numba import njit
 def spoil(exact_m, normal, short, miss, dropout, levels, min_range_m, max_range_m):
     """(n,) measured ranges from exact ones and from the chances drawn for every beam (n,). O(n).
 
-    `levels` (6,) are those of LidarNoiseConfig, in its order. At or beyond max_range_m a range is inf, that of
-    a failed beam nan.
+    `levels` (6,) are those of LidarNoiseConfig, in its order. At or beyond max_range_m a range is inf, that
+    of a failed beam nan.
     """
     sigma_m, sigma_share, quantum_m, dropout_rate, short_rate, miss_rate = levels
     measured_m = np.empty(exact_m.shape[0])

@@ -150,6 +150,35 @@ def test_no_noise_changes_nothing():
     assert spoil(SILENT, exact).tolist() == exact.tolist()
 
 
+def spoiled_by_arrays(config: LidarNoiseConfig, exact_m: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """The noise kernel's twin."""
+    streams, count = LidarStreams.spawned(rng), len(exact_m)
+    reach_m = np.minimum(exact_m, 12.0)
+    sigma_m = config.range_sigma_m + config.range_sigma_share * reach_m
+    measured = reach_m + sigma_m * streams.range_error.standard_normal(count)
+    measured[exact_m > 12.0] = np.inf
+    chance = streams.short.random(count)
+    early = 0.05 + chance / max(config.short_rate, 1e-9) * np.maximum(reach_m - 0.05, 0.0)
+    measured = np.where(chance < config.short_rate, early, measured)
+    measured[streams.miss.random(count) < config.miss_rate] = np.inf
+    if config.quantum_m > 0.0:
+        measured = np.rint(measured / config.quantum_m) * config.quantum_m
+    measured = np.maximum(measured, 0.0)
+    measured[measured >= 12.0] = np.inf
+    measured[streams.dropout.random(count) < config.dropout_rate] = np.nan
+    return measured
+
+
+@pytest.mark.parametrize("scale", [0.0, 0.5, 1.0, 20.0])
+def test_the_noise_kernel_equals_its_twin_bit_by_bit(scale: float):
+    exact = np.random.default_rng(3).uniform(0.0, 14.0, 2000)
+    exact[:3] = np.inf, 12.0, 0.0
+    config = LidarNoiseConfig().scaled(scale)
+    np.testing.assert_array_equal(
+        spoil(config, exact, seed=5), spoiled_by_arrays(config, exact, np.random.default_rng(5))
+    )
+
+
 @pytest.mark.parametrize("range_m", [1.0, 8.0])
 def test_the_range_error_has_the_spread_it_says(range_m):
     error = spoil(
