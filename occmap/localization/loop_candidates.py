@@ -13,6 +13,9 @@ from occmap.localization.positive import Positive
 
 Floats = NDArray[np.float64]
 
+LEAST_WEIGHT = 0.25
+"""An edge that its loss leaves less of is not believed, and makes nothing certain."""
+
 
 @dataclass(frozen=True)
 class CandidateConfig(Positive):
@@ -24,9 +27,11 @@ class CandidateConfig(Positive):
     """A submap is compared with so many others, nearest first."""
     apart: int = 3
     """Of a run of consecutive submaps one in so many is compared: they show the same."""
-
     gap: int = 8
     """Submaps nearer in time than this share too much to tell anything new about each other."""
+    common_share: float = 0.15
+    """Of the errors from submap to submap, that all have in common (a lidar that sits askew, a wheel that is
+    too small): these do not average out over a long way, they add up."""
 
 
 @dataclass(frozen=True)
@@ -42,8 +47,8 @@ class Candidate:
 def candidates(
     config: CandidateConfig, graph: PoseGraph, centres_in_map: Floats, younger: int
 ) -> list[Candidate]:
-    """The submaps before `younger` worth comparing with it. centres_in_map is (n, 2), one for each node."""
-    var_m2, var_rad2 = uncertainty_from(graph, younger)
+    """The submaps before `younger` worth comparing with it. centres_in_map is (younger + 1, 2)."""
+    var_m2, var_rad2 = uncertainty_from(graph, younger, config.common_share)
     sigma = np.sqrt(var_m2)
     distance = np.hypot(*(centres_in_map - centres_in_map[younger]).T)
     chosen: list[int] = []
@@ -56,11 +61,12 @@ def candidates(
     return [Candidate(k, younger, float(sigma[k]), math.sqrt(var_rad2[k])) for k in chosen]
 
 
-def uncertainty_from(graph: PoseGraph, source: int) -> tuple[Floats, Floats]:
+def uncertainty_from(graph: PoseGraph, source: int, common_share: float = 0.0) -> tuple[Floats, Floats]:
     """(n,) variances of every node's position (m^2) and yaw (rad^2) as seen from one node.
 
     Summed along the surest path of edges (Dijkstra projection; Bosse et al. 2004, section 5), where an
-    edge's turn displaces the source by its distance to the edge.
+    edge's turn displaces the source by its distance to the edge. Errors that all edges have in common
+    add up instead of averaging out: standard deviations are summed for that share of them.
     """
     from scipy.sparse.csgraph import dijkstra
 
@@ -78,18 +84,19 @@ def uncertainty_from(graph: PoseGraph, source: int) -> tuple[Floats, Floats]:
     yaw = _matrix(ends[least], var_rad2[least], n)
     outward = np.argsort(distance, kind="stable")[1:]
     outward = outward[before[outward] >= 0]
-    step = (
-        np.asarray(yaw[before[outward], outward]).ravel() + np.asarray(yaw[outward, before[outward]]).ravel()
-    )
-    turned = np.zeros(n)
-    for node, variance in zip(outward.tolist(), step.tolist(), strict=True):
-        turned[node] = turned[before[node]] + variance
-    return distance, turned
+    at = before[outward]
+    step_yaw = np.asarray(yaw[at, outward]).ravel() + np.asarray(yaw[outward, at]).ravel()
+    sums = np.zeros((n, 3))  # yaw variance, and the standard deviations of position and yaw
+    steps = np.column_stack((step_yaw, np.sqrt(distance[outward] - distance[at]), np.sqrt(step_yaw)))
+    for node, earlier, step in zip(outward.tolist(), at.tolist(), steps, strict=True):
+        sums[node] = sums[earlier] + step
+    own = 1.0 - common_share
+    return own * distance + common_share * sums[:, 1] ** 2, own * sums[:, 0] + common_share * sums[:, 2] ** 2
 
 
 def _edge_variances(graph: PoseGraph) -> tuple[NDArray[np.int64], Floats, Floats]:
-    """Ends (m, 2), position and yaw variance of every edge that has any weight."""
-    alive = graph.information[:, 2, 2] > 0.0
+    """Ends (m, 2), position and yaw variance of every edge that has any weight left."""
+    alive = (graph.information[:, 2, 2] > 0.0) & (graph.weights() > LEAST_WEIGHT)
     covariance: Floats = np.linalg.inv(graph.information[alive] + 1e-6 * np.eye(3)).astype(np.float64)
     return graph.ends[alive], covariance[:, 0, 0] + covariance[:, 1, 1], covariance[:, 2, 2]
 

@@ -4,54 +4,28 @@ from __future__ import annotations
 
 import math
 from collections import OrderedDict, deque
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from occmap.geometry import Points, Pose2
 from occmap.localization.loop_candidates import Candidate, CandidateConfig, candidates
-from occmap.localization.matcher import Match, Matcher, Search, axes
+from occmap.localization.loop_comparison import Comparison, ComparisonConfig, centre_of_sight
+from occmap.localization.matcher import Match, Matcher, axes
 from occmap.localization.pose_graph import Loss, PoseGraph
 from occmap.localization.positive import Positive
-from occmap.localization.submap import Submap, share_seen_through
-from occmap.localization.surfel_map import Cloud
+from occmap.localization.submap import Submap
 
 
 @dataclass(frozen=True)
 class LoopClosureConfig(Positive):
-    """Where loops are looked for and what they must show."""
+    """Where loops are looked for and when they are believed."""
 
     candidates: CandidateConfig = field(default_factory=CandidateConfig)
-    window_m: float = 0.3
-    """A search looks this far beyond three standard deviations."""
-    window_rad: float = 0.06
-    """And turns this far beyond."""
-    max_window_m: float = 12.0
-    """But never farther: a loop lost by more is not found."""
-    max_window_rad: float = 0.8
-    """And never turns farther."""
-    turn_step_rad: float = 0.005
-    """Between two orientations searched: half a cell at five metres."""
-    query_radius_m: float = 10.0
-    """Surfels this near to a submap's centre are compared."""
-    query_spacing_m: float = 0.25
-    """So far apart in the search."""
-    refine_spacing_m: float = 0.10
-    """And so far apart in the refinement."""
-    least_points: int = 50
-    """A submap of fewer surfels than this is too empty to be recognised."""
-    least_score: float = 0.45
-    """Mean likelihood on the raster that a search must reach."""
-    rival_m: float = 0.5
-    """In a wider window, no pose so far from the best one may score nearly as well: a corridor with a door
-    every few metres looks the same a few metres on."""
-    rival_share: float = 0.8
-    """Of the best score, that a rival has."""
-    least_fit: float = 0.5
-    """Share of the surfels that must lie on the other submap after refinement."""
-    most_seen_through: float = 0.10
-    """Share of either's points that the other may have looked straight through."""
+    comparison: ComparisonConfig = field(default_factory=ComparisonConfig)
+    work_per_turn: int = 4_000_000
+    """Points looked up in one turn of the robot: some milliseconds."""
     sure_m: float = 0.5
     """A loop less well predicted than this (standard deviation) needs a witness."""
     surprise: float = 4.0
@@ -80,7 +54,7 @@ class Loop:
 
 
 class LoopCloser:
-    """Compares submaps one pair a turn, and adds to the pose graph the loops that it believes."""
+    """Compares submaps pair by pair, and adds to the pose graph the loops that it believes."""
 
     def __init__(
         self, config: LoopClosureConfig, matcher: Matcher, graph: PoseGraph, submaps: list[Submap]
@@ -90,24 +64,19 @@ class LoopCloser:
         self.unwitnessed: list[Loop] = []
         self.believed: list[Loop] = []
         self._matcher, self._graph, self._submaps = matcher, graph, submaps
-        self._proposed: set[int] = set()
+        self._comparing: Comparison | None = None
+        self._sights: dict[int, Points] = {}  # centres of sight, in the submaps' frames
         self._ready: OrderedDict[int, None] = OrderedDict()
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether pairs are left to be compared."""
+        return bool(self.waiting) or self._comparing is not None
 
     def propose(self, submap: int) -> None:
         """Queue the comparisons of a finished submap with those before it, unless that was done."""
-        if submap not in self._proposed:
-            self._proposed.add(submap)
+        if submap not in self._sights:
             self._queue(submap)
-
-    def _queue(self, submap: int) -> None:
-        centres = np.array([each.centre for each in self._submaps])
-        poses = self._graph.poses
-        c, s = np.cos(poses[:, 2]), np.sin(poses[:, 2])
-        turned = np.column_stack(
-            (c * centres[:, 0] - s * centres[:, 1], s * centres[:, 0] + c * centres[:, 1])
-        )
-        centres_in_map = poses[:, :2] + turned
-        self.waiting.extend(candidates(self.config.candidates, self._graph, centres_in_map, submap))
 
     def propose_lonely(self) -> None:
         """Queue once more the finished submaps that no loop has been found for."""
@@ -116,67 +85,51 @@ class LoopCloser:
             if k not in found and submap.cloud is not None:
                 self._queue(k)
 
+    def _queue(self, submap: int) -> None:
+        for k in range(submap + 1):
+            if k not in self._sights and self._submaps[k].cloud is not None:
+                self._sights[k] = centre_of_sight(self._submaps[k], self.config.comparison)
+        sights = np.array([self._sights[k] for k in range(submap + 1)])
+        x, y, yaw = self._graph.poses[: submap + 1].T
+        c, s = np.cos(yaw), np.sin(yaw)
+        sights_in_map = np.column_stack(
+            (x + c * sights[:, 0] - s * sights[:, 1], y + s * sights[:, 0] + c * sights[:, 1])
+        )
+        self.waiting.extend(candidates(self.config.candidates, self._graph, sights_in_map, submap))
+
     def step(self) -> bool:
-        """Compare one pair, if any waits; True if the graph has new edges."""
-        loop = self._compare(self.waiting.popleft()) if self.waiting else None
-        if loop is None:
+        """A turn's part of the comparisons; True if the graph has new edges."""
+        if self._comparing is None:
+            if not self.waiting:
+                return False
+            self._comparing = self._begin(self.waiting.popleft())
+        now = self._comparing
+        older, younger = self._submaps[now.pair.older], self._submaps[now.pair.younger]
+        self._make_ready(now.pair.older)
+        if not now.step(older, younger, self._matcher, self.config.work_per_turn):
             return False
+        self._comparing = None
+        return now.match is not None and self._judge(now, now.match)
+
+    def _begin(self, pair: Candidate) -> Comparison:
+        predicted = self._graph.pose(pair.older).inverse() @ self._graph.pose(pair.younger)
+        return Comparison(self.config.comparison, pair, self._submaps[pair.younger], predicted)
+
+    def _judge(self, compared: Comparison, match: Match) -> bool:
+        """Believe what was found, at once or with its witnesses; True if the graph has new edges."""
+        pair, c = compared.pair, self.config
+        off = compared.predicted.inverse() @ match.submap_from_robot
+        surprise_m = math.hypot(off.x_m, off.y_m) / (pair.sigma_m + c.floor_m)
+        surprise_rad = abs(off.yaw_rad) / (pair.sigma_rad + c.floor_rad)
+        is_sure = pair.sigma_m < c.sure_m and max(surprise_m, surprise_rad) < c.surprise
+        loop = Loop(pair.older, pair.younger, match.submap_from_robot, self._information(match), is_sure)
         believed = [loop] if loop.is_sure else self._with_witnesses(loop)
         for each in believed:
             self._graph.add_edge(
-                each.older,
-                each.younger,
-                each.older_from_younger,
-                each.information,
-                Loss.DCS,
-                self.config.dcs_chi2,
+                each.older, each.younger, each.older_from_younger, each.information, Loss.DCS, c.dcs_chi2
             )
         self.believed += believed
         return bool(believed)
-
-    def _compare(self, pair: Candidate) -> Loop | None:
-        """Search, refine, and look through: None if these are not seen to be the same place."""
-        c = self.config
-        older, younger = self._submaps[pair.older], self._submaps[pair.younger]
-        self._make_ready(pair.older)
-        predicted = self._graph.pose(pair.older).inverse() @ self._graph.pose(pair.younger)
-        cloud = near(younger, c.query_radius_m, c.refine_spacing_m)
-        if len(cloud.points) < c.least_points:
-            return None
-        sparse = near(younger, c.query_radius_m, c.query_spacing_m).points
-        where = Search(
-            predicted,
-            min(3.0 * pair.sigma_m + c.window_m, c.max_window_m),
-            min(3.0 * pair.sigma_rad + c.window_rad, c.max_window_rad),
-            c.turn_step_rad,
-            least_score=c.least_score,
-        )
-        found, score = self._matcher.search(sparse, older, where)
-        if score <= c.least_score or self._has_rival(sparse, older, where, found, score):
-            return None
-        match = self._matcher.refine(cloud, older, found, found, 1e-3 * np.eye(3))
-        if match.fit < c.least_fit or self._seen_through(older, younger, match) > c.most_seen_through:
-            return None
-        off = predicted.inverse() @ match.submap_from_robot
-        surprise = math.hypot(off.x_m, off.y_m) / (pair.sigma_m + c.floor_m)
-        is_sure = pair.sigma_m < c.sure_m and surprise < c.surprise
-        return Loop(pair.older, pair.younger, match.submap_from_robot, self._information(match), is_sure)
-
-    def _has_rival(self, points: Points, submap: Submap, where: Search, found: Pose2, score: float) -> bool:
-        """Whether another place in a wide window looks nearly as good."""
-        c = self.config
-        if where.window_m <= c.rival_m:
-            return False
-        nearly = c.rival_share * score
-        elsewhere = replace(where, least_score=nearly, shun=found, shun_m=c.rival_m)
-        return self._matcher.search(points, submap, elsewhere)[1] > nearly
-
-    def _seen_through(self, older: Submap, younger: Submap, match: Match) -> float:
-        """The larger share of either submap's points that the other has looked straight through."""
-        c, older_from_younger = self.config, match.submap_from_robot
-        ours = near(younger, c.query_radius_m, c.query_spacing_m).moved(older_from_younger).points
-        theirs = near(older, c.query_radius_m, c.query_spacing_m).moved(older_from_younger.inverse()).points
-        return max(share_seen_through(older, ours), share_seen_through(younger, theirs))
 
     def _information(self, match: Match) -> NDArray[np.float64]:
         """The match's information in the younger's axes, bounded by the floor."""
@@ -215,18 +168,3 @@ class LoopCloser:
         self._ready.move_to_end(submap)
         if len(self._ready) > self.config.submaps_in_memory:
             self._submaps[self._ready.popitem(last=False)[0]].release()
-
-
-def near(submap: Submap, radius_m: float, spacing_m: float) -> Cloud:
-    """The surfels seen at least twice, near the submap's centre; the surest of each square of this side."""
-    rows = submap.cloud
-    assert rows is not None
-    offset = rows[:, :2] - np.asarray(submap.centre)
-    rows = rows[((offset * offset).sum(axis=1) < radius_m * radius_m) & (rows[:, 5] >= 2.0)]
-    rows = rows[np.argsort(-rows[:, 5], kind="stable")]
-    square = np.floor(rows[:, :2] / spacing_m).astype(np.int64)
-    _, first = np.unique(square[:, 0] * 1_000_003 + square[:, 1], return_index=True)
-    rows = rows[np.sort(first)].astype(np.float64)
-    facing = np.where(rows[:, 4:5] > 0.5, rows[:, 2:4], rows[:, 6:8])
-    points = np.ascontiguousarray(rows[:, :2])
-    return Cloud(points, np.ascontiguousarray(facing), points)

@@ -148,6 +148,14 @@ class PoseGraph:
         kernels.edge_chi2(self.poses, self.ends, self.measured, self.information, out)
         return out
 
+    def weights(self) -> Floats:
+        """(m,) what its loss leaves of every edge: 1 where it agrees, towards 0 where it must be wrong."""
+        from occmap.localization import pose_graph_kernels as kernels
+
+        out = np.empty(len(self._ends))
+        kernels.loss_weights(self.chi2(), self._loss.rows, self._scale.rows, out)
+        return out
+
     def cost(self) -> float:
         """What is minimised: the sum of every edge's loss."""
         from occmap.localization import pose_graph_kernels as kernels

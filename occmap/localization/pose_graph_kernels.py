@@ -93,6 +93,13 @@ def robust_cost(chi2: Floats, loss: Ints, scale: Floats) -> float:
 
 
 @njit(cache=True)
+def loss_weights(chi2: Floats, loss: Ints, scale: Floats, weights: Floats) -> None:
+    """Fill weights (m,) = rho'(chi2) of all edges. O(m)."""
+    for k in range(len(chi2)):
+        weights[k] = robust_cost_and_weight(chi2[k], loss[k], scale[k])[1]
+
+
+@njit(cache=True)
 def linearise(
     poses: Floats,
     ends: Ints,

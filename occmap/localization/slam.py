@@ -77,7 +77,7 @@ class SlamLocalizer:
         self._think_to_the_end()
 
     def _think_to_the_end(self) -> None:
-        while self.loops.waiting:
+        while self.loops.is_busy:
             self._think()
         self.graph.optimise()
 

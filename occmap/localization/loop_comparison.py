@@ -1,0 +1,147 @@
+"""Whether two submaps show the same place: searched, refined and looked through, a slice a turn."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from occmap.geometry import Points, Pose2
+from occmap.localization.loop_candidates import Candidate
+from occmap.localization.matcher import Match, Matcher
+from occmap.localization.positive import Positive
+from occmap.localization.submap import Submap, share_seen_through
+from occmap.localization.surfel_map import Cloud
+from occmap.localization.window_search import Window, WindowSearch
+
+
+@dataclass(frozen=True)
+class ComparisonConfig(Positive):
+    """How far two submaps are searched for the same place, and what they must show."""
+
+    window_m: float = 0.3
+    """A search looks this far beyond three standard deviations."""
+    window_rad: float = 0.06
+    """And turns this far beyond."""
+    max_window_m: float = 16.0
+    """But never farther: a loop lost by more is not found."""
+    max_window_rad: float = 0.8
+    """And never turns farther."""
+    query_radius_m: float = 10.0
+    """Surfels this near to where the robot was are compared."""
+    query_most_m: float = 30.0
+    """And farther ones, to at most this far, until there are query_points: squares are emptier than rooms."""
+    query_points: int = 250
+    """So many are enough to recognise a place."""
+    query_spacing_m: float = 0.25
+    """So far apart in the search."""
+    refine_spacing_m: float = 0.10
+    """And so far apart in the refinement."""
+    least_points: int = 50
+    """A submap of fewer surfels than this is too empty to be recognised."""
+    least_score: float = 0.45
+    """Mean likelihood on the raster that a search must reach."""
+    rival_m: float = 0.5
+    """In a wider window, no pose so far from the best one may score nearly as well: a corridor with a door
+    every few metres looks the same a few metres on."""
+    rival_share: float = 0.8
+    """Of the best score, that a rival has."""
+    least_fit: float = 0.5
+    """Share of the surfels that must lie on the other submap after refinement."""
+    most_seen_through: float = 0.10
+    """Share of either's points that the other may have looked straight through."""
+
+
+class Comparison:
+    """Of one pair: first the best pose, then whether another is nearly as good, and then a closer look."""
+
+    def __init__(self, config: ComparisonConfig, pair: Candidate, younger: Submap, predicted: Pose2) -> None:
+        self.pair, self.predicted = pair, predicted
+        self.match: Match | None = None
+        """What came of it: None if these are not seen to be the same place."""
+        self._config = config
+        self._points = seen_nearby(younger, config.query_spacing_m, config).points
+        self._search: WindowSearch | None = None
+        self._best: WindowSearch | None = None
+
+    def step(self, older: Submap, younger: Submap, matcher: Matcher, work: int) -> bool:
+        """Do a slice of it; True once there is nothing more to find out."""
+        c = self._config
+        if self._search is None:
+            if len(self._points) < c.least_points:
+                return True
+            self._search = WindowSearch(self._points, older.raster, self._window())
+        work = self._search.step(older.raster, work)
+        if not self._search.is_done:
+            return False
+        if self._best is None:
+            if not self._search.found:
+                return True
+            self._best = self._search
+            if self._best.window.half_width_m > c.rival_m:
+                self._search = WindowSearch(self._points, older.raster, self._elsewhere(self._best))
+                return False
+        elif self._search.found:
+            return True  # this place has a rival
+        self.match = self._closer_look(older, younger, matcher, self._best.best)
+        return True
+
+    def _window(self) -> Window:
+        """Round the prediction, as far as it may be wrong."""
+        c, pair = self._config, self.pair
+        reach_m = float(np.hypot(*(self._points - self._points.mean(axis=0)).T).max())
+        return Window(
+            self.predicted,
+            min(3.0 * pair.sigma_m + c.window_m, c.max_window_m),
+            min(3.0 * pair.sigma_rad + c.window_rad, c.max_window_rad),
+            0.05 / max(reach_m, c.query_radius_m),  # moves the farthest point by a cell
+            c.least_score,
+        )
+
+    def _elsewhere(self, best: WindowSearch) -> Window:
+        """The same window but for the best pose, and only what is nearly as good."""
+        c = self._config
+        nearly = c.rival_share * best.score
+        return replace(best.window, least_score=nearly, shun=best.best, shun_m=c.rival_m)
+
+    def _closer_look(self, older: Submap, younger: Submap, matcher: Matcher, found: Pose2) -> Match | None:
+        c = self._config
+        cloud = seen_nearby(younger, c.refine_spacing_m, c)
+        match = matcher.refine(cloud, older, found, found, 1e-3 * np.eye(3))
+        if match.fit < c.least_fit or self._seen_through(older, younger, match) > c.most_seen_through:
+            return None
+        return match
+
+    def _seen_through(self, older: Submap, younger: Submap, match: Match) -> float:
+        """The larger share of either submap's points that the other has looked straight through."""
+        c, older_from_younger = self._config, match.submap_from_robot
+        ours = older_from_younger.apply(self._points)
+        theirs = older_from_younger.inverse().apply(seen_nearby(older, c.query_spacing_m, c).points)
+        return max(share_seen_through(older, ours), share_seen_through(younger, theirs))
+
+
+def seen_nearby(submap: Submap, spacing_m: float, config: ComparisonConfig) -> Cloud:
+    """The surfels seen at least twice, near where the robot was; the surest of each square of this side."""
+    rows = submap.cloud
+    assert rows is not None, "only finished submaps are compared"
+    rows = rows[rows[:, 5] >= 2.0]
+    rows = rows[np.argsort(-rows[:, 5], kind="stable")]
+    square = np.floor(rows[:, :2] / spacing_m).astype(np.int64)
+    _, first = np.unique(square[:, 0] * 1_000_003 + square[:, 1], return_index=True)
+    rows = rows[np.sort(first)].astype(np.float64)
+    distance_m = np.hypot(*(rows[:, :2] - np.asarray(submap.centre)).T)
+    enough = round(config.query_points * config.query_spacing_m / spacing_m)
+    far_m = np.sort(distance_m)[enough] if len(rows) > enough else config.query_most_m
+    rows = rows[distance_m < min(max(far_m, config.query_radius_m), config.query_most_m)]
+    facing = np.where(rows[:, 4:5] > 0.5, rows[:, 2:4], rows[:, 6:8])
+    points = np.ascontiguousarray(rows[:, :2])
+    return Cloud(points, np.ascontiguousarray(facing), points)
+
+
+def centre_of_sight(submap: Submap, config: ComparisonConfig) -> Points:
+    """(2,) the middle of what a submap shows, in its frame: ahead of a robot that looks ahead.
+
+    Two submaps driven through in opposite directions show the same where these meet, not the robots.
+    """
+    points = seen_nearby(submap, config.query_spacing_m, config).points
+    return points.mean(axis=0) if len(points) else np.array(submap.centre)

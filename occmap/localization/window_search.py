@@ -1,0 +1,119 @@
+"""A correlative search through a wide window, spread over as many turns as it takes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from occmap.geometry import Points, Pose2
+from occmap.localization.likelihood_pyramid import LikelihoodPyramid
+
+
+@dataclass(frozen=True)
+class Window:
+    """Where to look for the best pose, and what to expect there."""
+
+    guess: Pose2
+    half_width_m: float
+    half_turn_rad: float
+    turn_step_rad: float
+    least_score: float
+    """Poses that score less do not count; the higher, the faster."""
+    shun: Pose2 | None = None
+    """Nor do those within shun_m of this one."""
+    shun_m: float = 0.0
+
+
+class WindowSearch:
+    """The pose of points (n, 2) that scores best on a raster (mean likelihood, 0 to 1), exactly.
+
+    Depth-first branch and bound (Olson 2009; Hess et al. 2016, algorithm 3). `step` does a slice of it,
+    measured in points looked up and not in time, so that the same input always takes the same turns.
+    """
+
+    def __init__(self, points: Points, raster: LikelihoodPyramid, window: Window) -> None:
+        self.window = window
+        self.is_done = len(points) == 0
+        self._points = points
+        self._cell_m, self._origin_m = raster.cell_m, raster.origin_m
+        self._half_angles = math.ceil(window.half_turn_rad / window.turn_step_rad)
+        self._half_cells = math.ceil(window.half_width_m / raster.cell_m)
+        width = 2 * self._half_cells + 1
+        self._top = min(len(raster.starts) - 1, width.bit_length() - 1)
+        blocks = ((width - 1) >> self._top) + 1
+        self._bounds = np.empty((2 * self._half_angles + 1, blocks, blocks), np.int64)
+        self._angles_bounded = 0
+        self._order = np.empty(0, np.int64)
+        self._next = 0
+        self._best = np.array([0, 0, 0, math.floor(255.0 * len(points) * window.least_score)], np.int64)
+        self._shun = np.array([0, 0, -1])
+        if window.shun is not None:
+            offset = np.array(window.shun.position) - np.array(window.guess.position)
+            self._shun = np.round(np.array([*offset, window.shun_m]) / raster.cell_m).astype(np.int64)
+
+    @property
+    def best(self) -> Pose2:
+        """The best pose so far."""
+        guess, (turn, x, y, _) = self.window.guess, self._best.tolist()
+        return Pose2(
+            guess.x_m + x * self._cell_m,
+            guess.y_m + y * self._cell_m,
+            guess.yaw_rad + turn * self.window.turn_step_rad,
+        )
+
+    @property
+    def score(self) -> float:
+        """Of the best pose so far; about least_score if none is better."""
+        return int(self._best[3]) / (255.0 * max(1, len(self._points)))
+
+    @property
+    def found(self) -> bool:
+        return self.score > self.window.least_score
+
+    def step(self, raster: LikelihoodPyramid, work: int) -> int:
+        """Look up about so many points on the raster; returns how much of the work is left over."""
+        if not self.is_done and self._angles_bounded < len(self._bounds):
+            work = self._bound(raster, work)
+        if not self.is_done and self._angles_bounded == len(self._bounds) and work > 0:
+            work = self._descend(raster, work)
+        return work
+
+    def _bound(self, raster: LikelihoodPyramid, work: int) -> int:
+        from occmap.localization import window_search_kernels as kernels
+
+        an_angle = len(self._points) * self._bounds.shape[1] ** 2
+        first = self._angles_bounded
+        last = min(len(self._bounds), first + max(1, work // an_angle))
+        kernels.bounds(*self._problem(raster), first, last, self._bounds)
+        self._angles_bounded = last
+        if last == len(self._bounds):
+            worth = np.flatnonzero(self._bounds.ravel() > self._best[3])
+            self._order = worth[np.argsort(-self._bounds.ravel()[worth], kind="stable")]
+        return work - (last - first) * an_angle
+
+    def _descend(self, raster: LikelihoodPyramid, work: int) -> int:
+        from occmap.localization import window_search_kernels as kernels
+
+        self._next, left = kernels.descend(
+            *self._problem(raster), self._bounds, self._order, self._next, self._best, self._shun, work
+        )
+        self.is_done = self._next == len(self._order)
+        return left
+
+    def _problem(self, raster: LikelihoodPyramid) -> tuple:
+        guess = self.window.guess
+        return (
+            raster.buffer,
+            raster.starts,
+            raster.shapes,
+            self._points,
+            *self._origin_m,
+            1.0 / self._cell_m,
+            np.array([guess.x_m, guess.y_m, guess.yaw_rad]),
+            self._half_angles,
+            self.window.turn_step_rad,
+            self._half_cells,
+            self._top,
+        )
