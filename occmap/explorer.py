@@ -194,12 +194,21 @@ class Explorer:
         path = wave.path_to(self.grid.frame.cell_at(*goal.viewpoint_in_map))
         assert path is not None, "a viewpoint is a cell that the flood has reached"
         if pursuit is None or pursuit.goal.distance_m(goal) > SAME_GOAL_M:
+            self._turn_back(pursuit, now_s)
             self._events.append(str(goal))
-            self._goal_switches += pursuit is not None
         self._replans += 1
         is_tight = path.keep_clear_m < self.body.radius_m
-        self.pursuit = Pursuit(self.config.pursuit, goal, path, now_s, is_tight)
+        self.pursuit = Pursuit(self.config.pursuit, goal, path, self.grid, now_s, is_tight)
         return self.pursuit
+
+    def _turn_back(self, pursuit: Pursuit | None, now_s: float) -> None:
+        """Leave a goal, if there was one, for another; for good if that has happened too often."""
+        if pursuit is None:
+            return
+        self._goal_switches += 1
+        failure = self.learning.turned_back(pursuit)
+        if failure is not None:
+            self._give_up(pursuit.goal, failure, now_s)
 
     def _flood(self, here: Pose2, within_m: float = math.inf) -> Wavefront:
         cell = self.grid.frame.cell_at(here.x_m, here.y_m)
@@ -243,10 +252,19 @@ class Explorer:
                 self.grid, self.map.clearance_m,
             )  # fmt: skip
         twist = pursuit.advance(steering, seen.time_s)
-        failure = pursuit.failure(here, seen.time_s) or self.learning.failure(seen.time_s)
-        if failure is not None:
-            self._give_up(pursuit.goal, failure, seen.time_s)
+        self._judge(pursuit, here, seen.time_s)
         return "looking" if pursuit.has_arrived else "exploring", twist
+
+    def _judge(self, pursuit: Pursuit, here: Pose2, now_s: float) -> None:
+        """Give a goal up that leads nowhere; one that was looked into, if only in part, has done its duty."""
+        fruitless = self.learning.failure(now_s)
+        failure = fruitless or pursuit.failure(here, now_s)
+        if failure is None:
+            return
+        if fruitless is None and pursuit.has_arrived and pursuit.has_shown_something(self.grid):
+            self.pursuit = None
+        else:
+            self._give_up(pursuit.goal, failure, now_s)
 
     def _give_up(self, goal: Goal, failure: Failure, now_s: float) -> None:
         self.looks.note(goal, failure.reason, failure.why, self.grid)

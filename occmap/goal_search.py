@@ -165,12 +165,12 @@ class GoalSearch:
         wave: Wavefront,
         max_range_m: float,
     ) -> list[Goal]:
-        """Through a slot or from a narrow passage: worth fewer tries than a look from near."""
+        """Through a slot, from a narrow passage, at a part of it only: worth fewer tries than from near."""
         config = self.chooser.config
-        near_m = config.look_from_m[0]
+        near_m, into_m = config.look_from_m[0], config.look_into_m[-1]
         for from_m in (near_m, 0.5 * max_range_m, max_range_m):
             found = (
-                self.chooser.goal_for(frontier, grid, wave, from_m, config.look_into_m[-1], stride=1)
+                self.chooser.goal_for(frontier, grid, wave, from_m, into_m, stride=1, share=0.0)
                 for frontier, failed in frontiers
                 if failed < FAR_LOOKS
                 and (from_m <= near_m or frontier.size * grid.frame.resolution_m >= config.min_far_frontier_m)

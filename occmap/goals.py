@@ -25,6 +25,8 @@ GONE_SHARE = 0.25
 
 TARGETS = 6
 """A frontier is sampled at so many places to tell what is seen of it."""
+SEEN_SHARE = 0.5
+"""A look at less of a frontier only moves its end on a little."""
 NOOK_DEPTH_M = 0.35
 """A nook is at least this deep."""
 
@@ -143,10 +145,12 @@ class GoalChooser:
         into_m: float,
         stride: int = 2,
         within_m: float = math.inf,
+        share: float = SEEN_SHARE,
     ) -> Goal | None:
         """The cheapest way to look into_m deep into a frontier from at most from_m before it, if any.
 
-        None too if that would cost more than within_m.
+        None too if that would cost more than within_m. The look must see this share of the frontier, at
+        least one of the places that sample it.
 
         The viewpoint sees unknown cells beyond the frontier, not merely the frontier: an edge of a
         pillar's shadow is in plain sight from where the shadow was cast, and looking at it from
@@ -154,7 +158,7 @@ class GoalChooser:
         """
         deepest = max(1, round(into_m / grid.frame.resolution_m))
         targets = self._kernels.unknown_beyond(grid.state, frontier.cells, TARGETS, deepest)
-        return self._goal_seeing(targets, frontier, grid, wave, from_m + into_m, stride, within_m)
+        return self._goal_seeing(targets, frontier, grid, wave, from_m + into_m, stride, within_m, share)
 
     def _goal_seeing(
         self,
@@ -165,13 +169,15 @@ class GoalChooser:
         reach_m: float,
         stride: int = 2,
         within_m: float = math.inf,
+        share: float = SEEN_SHARE,
     ) -> Goal | None:
         """A goal at the cheapest place that sees targets (n, 3), x, y and depth, from at most reach_m."""
         if not len(targets):
             return None
         reach = max(1, int(reach_m / grid.frame.resolution_m))
         cost, below = wave.fixed_point(within_m)
-        ix, iy = self._kernels.find_viewpoint(grid.state, cost, below, targets, reach, stride)
+        needed = max(1, math.ceil(share * len(targets)))
+        ix, iy = self._kernels.find_viewpoint(grid.state, cost, below, targets, needed, reach, stride)
         if ix < 0:
             return None
         cost_m = wave.metres(cost[iy, ix])
@@ -213,9 +219,10 @@ class GoalChooser:
             if len(untouched) < TARGETS:
                 continue
             sample = untouched[:: len(untouched) // TARGETS].copy()
-            goal = self._goal_seeing(sample, mouth, grid, wave, from_m + into_m)
-            if goal is not None:
-                return replace(goal, is_nook=True)
+            for share in (SEEN_SHARE, 0.0):
+                goal = self._goal_seeing(sample, mouth, grid, wave, from_m + into_m, share=share)
+                if goal is not None:
+                    return replace(goal, is_nook=True)
         return None
 
     def _gain_m2(self, frontier: Frontier, grid: OccupancyGrid, ix: int, iy: int) -> float:

@@ -100,12 +100,12 @@ def beside_occupied(state, x, y):
 
 
 @njit(cache=True)
-def find_viewpoint(state, cost, exact_below, targets, reach_cells, stride):
-    """The cheapest reached cell from which at least half of the targets are in line of sight.
+def find_viewpoint(state, cost, exact_below, targets, needed, reach_cells, stride):
+    """The cheapest reached cell from which at least `needed` of the targets are in line of sight.
 
-    Falls back to the cheapest that sees any. The body gets to cells that cost less than
-    `exact_below`. Returns (ix, iy), or (-1, -1) if none sees a target within reach. Cost: one
-    look-up a candidate, and lines of sight only for candidates that would be an improvement.
+    The body gets to cells that cost less than `exact_below`. Returns (ix, iy), or (-1, -1) if no cell
+    sees enough within reach. Cost: one look-up a candidate, and lines of sight only for candidates that
+    would be an improvement.
     """
     ny, nx = state.shape
     n = targets.shape[0]
@@ -114,31 +114,23 @@ def find_viewpoint(state, cost, exact_below, targets, reach_cells, stride):
     y_low = max(0, targets[:, 1].min() - reach_cells)
     y_high = min(ny, targets[:, 1].max() + reach_cells + 1)
     reach_squared = reach_cells * reach_cells
-    needed = (n + 1) // 2
-    best_half, best_any = exact_below, exact_below
-    half_x, half_y, any_x, any_y = -1, -1, -1, -1
+    best, best_x, best_y = exact_below, -1, -1
     for y in range(y_low, y_high, stride):
         for x in range(x_low, x_high, stride):
-            here = cost[y, x]
-            if not here < best_half:
+            if not cost[y, x] < best:
                 continue
             seen = 0
             for k in range(n):
-                if seen + n - k < needed and (seen > 0 or not here < best_any):
+                if seen + n - k < needed:
                     break
                 tx, ty, depth = targets[k, 0], targets[k, 1], targets[k, 2]
                 near = (tx - x) ** 2 + (ty - y) ** 2 <= reach_squared
                 if near and sees(state, x, y, tx, ty, depth + depth // 4 + 1):
                     seen += 1
                     if seen >= needed:
+                        best, best_x, best_y = cost[y, x], x, y
                         break
-            if seen >= needed:
-                best_half, half_x, half_y = here, x, y
-            if seen > 0 and here < best_any:
-                best_any, any_x, any_y = here, x, y
-    if half_x >= 0:
-        return half_x, half_y
-    return any_x, any_y
+    return best_x, best_y
 
 
 @njit(cache=True)

@@ -51,7 +51,7 @@ class FailedLooks:
     def note(self, goal: Goal, reason: Reason, why: str, grid: OccupancyGrid) -> None:
         """Remember a look in vain."""
         place = _middle(goal.watched_in_map)
-        self._looks.append(FailedLook(place, reason, why, _known_around(place, grid)))
+        self._looks.append(FailedLook(place, reason, why, known_around(place, grid)))
 
     def at(self, frontier: Frontier, grid: OccupancyGrid) -> list[FailedLook]:
         """The looks that failed here and still count, oldest first."""
@@ -85,11 +85,12 @@ def _middle(places: Points) -> tuple[float, float]:
 
 
 def _is_outdated(look: FailedLook, grid: OccupancyGrid) -> bool:
-    changed = abs(_known_around(look.in_map, grid) - look.known_cells)
+    changed = abs(known_around(look.in_map, grid) - look.known_cells)
     return changed > CHANGED_SHARE * (2.0 * SURROUNDINGS_M / grid.frame.resolution_m) ** 2
 
 
-def _known_around(place: tuple[float, float], grid: OccupancyGrid) -> int:
+def known_around(place: tuple[float, float], grid: OccupancyGrid) -> int:
+    """Known cells of the square around a place that a look there depends on."""
     reach = max(1, round(SURROUNDINGS_M / grid.frame.resolution_m))
     ix, iy = grid.frame.cell_at(*place)
     window = grid.state[max(0, iy - reach) : max(0, iy + reach), max(0, ix - reach) : max(0, ix + reach)]

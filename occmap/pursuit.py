@@ -8,7 +8,9 @@ from dataclasses import dataclass
 from occmap.decision import Reason
 from occmap.follower import Steering
 from occmap.geometry import Pose2, Twist2
-from occmap.goals import Goal
+from occmap.goals import SAME_GOAL_M, Goal
+from occmap.grid import OccupancyGrid
+from occmap.memory import known_around
 from occmap.path import Path
 
 SAME_VIEWPOINT_M = 0.3
@@ -38,6 +40,11 @@ class PursuitConfig:
     the moment is given up, however often it was replaced or planned to anew."""
     slowest_mps: float = 0.25
     """What counts as that time: ways lead through gaps and round bends."""
+    turns_back: int = 3
+    """A goal left so often for another, with nothing new learnt meanwhile, is given up: the way to it
+    opens and closes with the noise."""
+    seen_something_cells: int = 8
+    """A look that made so many cells around its frontier known was not in vain."""
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
@@ -59,10 +66,18 @@ class Pursuit:
     """One goal and the path to it; remembers how far the robot has come, and since when it gets no nearer."""
 
     def __init__(
-        self, config: PursuitConfig, goal: Goal, path: Path, now_s: float, is_tight: bool = False
+        self,
+        config: PursuitConfig,
+        goal: Goal,
+        path: Path,
+        grid: OccupancyGrid,
+        now_s: float,
+        is_tight: bool = False,
     ) -> None:
         self.config = config
         self.goal = goal
+        self._place = goal.frontier.centroid_in_map
+        self._known_cells = known_around(self._place, grid)
         self.path = path
         self.is_tight = is_tight  # the path leads through a gap that may be too narrow
         self.progress_m = 0.0  # along the path
@@ -80,6 +95,11 @@ class Pursuit:
     def leads_to(self, goal: Goal) -> bool:
         """Whether the path still leads to where a goal wants to be looked at from."""
         return not self.is_void and math.dist(self.path.goal, goal.viewpoint_in_map) < SAME_VIEWPOINT_M
+
+    def has_shown_something(self, grid: OccupancyGrid) -> bool:
+        """Whether more is known around the frontier now than when the robot set out for it."""
+        learnt = known_around(self._place, grid) - self._known_cells
+        return learnt >= self.config.seen_something_cells
 
     def carry_over(self, new_map_from_old_map: Pose2) -> None:
         """Follow a correction of the map: the goal does, the path is to be planned anew."""
@@ -124,17 +144,30 @@ class Learning:
         self._known_m2 = 0.0
         self._since_s = 0.0
         self._longest_m = 0.0
+        self._left: list[tuple[float, float]] = []  # the middles of the frontiers turned back from
 
     def note(self, known_m2: float, way_m: float, now_s: float) -> None:
         """Take in how much of the map is known, and the length of the way just chosen."""
         if known_m2 >= self._known_m2 + LEARNT_M2:
             self._known_m2 = known_m2
+            self._left.clear()
             self.begin(now_s)
         self._longest_m = max(self._longest_m, way_m)
 
     def begin(self, now_s: float) -> None:
         """Start counting afresh."""
         self._since_s, self._longest_m = now_s, 0.0
+
+    def turned_back(self, pursuit: Pursuit) -> Failure | None:
+        """Take in that a goal is left for another on the way; what is wrong with it if that recurs."""
+        place = pursuit.goal.frontier.centroid_in_map
+        self._left.append(place)
+        times = sum(math.dist(place, other) < SAME_GOAL_M for other in self._left)
+        if times < self.config.turns_back:
+            return None
+        self._left = [other for other in self._left if math.dist(place, other) >= SAME_GOAL_M]
+        reason = Reason.TOO_NARROW if pursuit.is_tight else Reason.GAVE_UP
+        return Failure(reason, f"turned back on the way {times} times")
 
     def failure(self, now_s: float) -> Failure | None:
         """What is wrong, if it has been too long."""

@@ -137,8 +137,8 @@ def test_what_lies_beyond_is_unknown_and_straight_ahead():
     assert kernels.unknown_beyond(state, edge, 12, 3).tolist() == [[5, 2, 3]]  # the others run beside a wall
 
 
-def viewpoint_twin(state, cost, exact_below, targets, reach_cells, stride):
-    """The cheapest candidate that sees half of the targets, else the cheapest that sees any."""
+def viewpoint_twin(state, cost, exact_below, targets, needed, reach_cells, stride):
+    """The cheapest candidate that sees as many of the targets as needed."""
     x_low = max(0, targets[:, 0].min() - reach_cells)
     y_low = max(0, targets[:, 1].min() - reach_cells)
     seen = {}
@@ -150,11 +150,8 @@ def viewpoint_twin(state, cost, exact_below, targets, reach_cells, stride):
                     and sees_twin(state, x, y, tx, ty, depth + depth // 4 + 1)
                     for tx, ty, depth in targets.tolist()
                 )
-    for needed in ((len(targets) + 1) // 2, 1):
-        enough = [place for place, count in seen.items() if count >= needed]
-        if enough:
-            return min(enough, key=lambda place: cost[place[1], place[0]])
-    return -1, -1
+    enough = [place for place, count in seen.items() if count >= needed]
+    return min(enough, key=lambda place: cost[place[1], place[0]], default=(-1, -1))
 
 
 @pytest.mark.parametrize("seed", range(12))
@@ -166,9 +163,9 @@ def test_the_viewpoint_equals_its_twin(seed):
     iy, ix = np.nonzero(state == Belief.UNKNOWN)
     pick = rng.choice(len(ix), 6, replace=False)
     targets = np.column_stack((ix[pick], iy[pick], rng.integers(1, 4, 6))).astype(np.int64)
-    for reach, stride in ((4, 1), (9, 2), (60, 2)):
-        found = kernels.find_viewpoint(state, cost, UNREACHED, targets, reach, stride)
-        assert found == viewpoint_twin(state, cost, UNREACHED, targets, reach, stride)
+    for needed, reach, stride in ((1, 4, 1), (3, 9, 2), (3, 60, 2), (6, 60, 1)):
+        found = kernels.find_viewpoint(state, cost, UNREACHED, targets, needed, reach, stride)
+        assert found == viewpoint_twin(state, cost, UNREACHED, targets, needed, reach, stride)
 
 
 def gain_twin(state, x, y, range_cells, rays):

@@ -10,6 +10,7 @@ import pytest
 from occmap.decision import Reason
 from occmap.follower import Steering
 from occmap.geometry import Pose2, Twist2
+from occmap.grid import Belief, OccupancyGrid
 from occmap.path import Path
 from occmap.pursuit import Learning, Pursuit, PursuitConfig
 from tests.occmap.goal_scenes import goal_at
@@ -26,7 +27,7 @@ def steering(progress_m=0.0, *, off_m=0.0, arrived=False, held_up_s=0.0):
 @pytest.fixture
 def pursuit():
     path = Path.through(np.array([[0.0, 0.0], [3.0, 0.0]]))
-    return Pursuit(CONFIG, goal_at(3.0, 0.0), path, now_s=0.0)
+    return Pursuit(CONFIG, goal_at(3.0, 0.0), path, OccupancyGrid(), now_s=0.0)
 
 
 def test_while_it_gets_nearer_it_drives_on(pursuit):
@@ -53,7 +54,8 @@ def test_what_bars_the_way_for_too_long_is_unsafe(pursuit):
 
 
 def test_what_bars_the_way_in_a_gap_is_the_gap():
-    gap = Pursuit(CONFIG, goal_at(3.0, 0.0), Path.through(np.array([[0.0, 0.0], [3.0, 0.0]])), 0.0, True)
+    path = Path.through(np.array([[0.0, 0.0], [3.0, 0.0]]))
+    gap = Pursuit(CONFIG, goal_at(3.0, 0.0), path, OccupancyGrid(), now_s=0.0, is_tight=True)
     gap.advance(steering(held_up_s=4.1), 4.1)
     assert gap.failure(HERE, 4.1).reason is Reason.TOO_NARROW
 
@@ -97,6 +99,39 @@ def test_having_learnt_or_given_up_it_starts_afresh():
     assert learning.failure(110.1) is not None
     learning.begin(110.1)
     assert learning.failure(170.0) is None
+
+
+def test_a_look_that_made_cells_known_was_not_in_vain():
+    grid = OccupancyGrid()
+    grid.grow_to_contain((-5.0, -5.0), (5.0, 5.0))
+    pursuit = Pursuit(CONFIG, goal_at(3.0, 0.0), Path.through(np.array([[0.0, 0.0], [3.0, 0.0]])), grid, 0.0)
+    ix, iy = grid.frame.cell_at(3.0, 0.0)
+    grid.state[iy, ix : ix + CONFIG.seen_something_cells - 1] = Belief.FREE
+    assert not pursuit.has_shown_something(grid)
+    grid.state[iy + 1, ix] = Belief.OCCUPIED
+    assert pursuit.has_shown_something(grid)
+
+
+def turned_back_from(learning, place, is_tight=False):
+    path = Path.through(np.array([[0.0, 0.0], [3.0, 0.0]]))
+    return learning.turned_back(Pursuit(CONFIG, goal_at(*place), path, OccupancyGrid(), 0.0, is_tight))
+
+
+def test_to_and_fro_between_two_goals_ends_with_both_given_up():
+    learning = Learning(PursuitConfig(turns_back=3))
+    for _ in range(2):
+        assert turned_back_from(learning, (5.0, 0.0)) is None
+        assert turned_back_from(learning, (-5.0, 0.0)) is None
+    assert turned_back_from(learning, (5.2, 0.1), is_tight=True).reason is Reason.TOO_NARROW
+    assert turned_back_from(learning, (-5.0, 0.0)).reason is Reason.GAVE_UP
+    assert turned_back_from(learning, (5.0, 0.0)) is None  # counted afresh
+
+
+def test_who_learns_something_meanwhile_may_turn_back_as_often_as_it_likes():
+    learning = Learning(PursuitConfig(turns_back=3))
+    for k in range(10):
+        learning.note(known_m2=10.0 + k, way_m=1.0, now_s=float(k))
+        assert turned_back_from(learning, (5.0, 0.0)) is None
 
 
 @pytest.mark.parametrize(("field", "value"), [("look_s", -1.0), ("patience_s", math.nan), ("slowest_mps", 0)])
