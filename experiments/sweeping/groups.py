@@ -18,6 +18,8 @@ from experiments.sweeping.jobs import CRASHED, Row
 STRATEGY = "explorer.goals.strategy"
 GOOD = ("complete", "sealed_in")
 """Statuses of runs that ended because nothing was left to see."""
+MOST_PLANS = 10
+"""More floor plans than this are not told apart in a table."""
 FIGURES: dict[str, Callable[[Row], float | None]] = {
     "explored": lambda row: row["explored"],
     "wrong": lambda row: row["wrong"],
@@ -37,6 +39,7 @@ class Naming:
 
     def __init__(self) -> None:
         self._values: dict[str, set[str]] = {}
+        self._plans: set[str] = set()
 
     @staticmethod
     def of(rows: Iterable[Row]) -> Naming:
@@ -50,6 +53,13 @@ class Naming:
         """Take one more run into account."""
         for option, value in row.get("options", {}).items():
             self._values.setdefault(option, set()).add(str(value))
+        if row.get("is_plan") and len(self._plans) <= MOST_PLANS:
+            self._plans.add(row["name"])
+
+    def kind(self, row: Row) -> str:
+        """The kind of building or the plan; many plans are one kind."""
+        is_one_of_many = row.get("is_plan") and len(self._plans) > MOST_PLANS
+        return "plans" if is_one_of_many else row.get("name", "?")
 
     @property
     def varying(self) -> tuple[str, ...]:
@@ -104,7 +114,7 @@ def group(rows: Iterable[Row], naming: Naming) -> list[Group]:
     """All groups, by kind and then by series."""
     groups: dict[tuple[str, str], Group] = {}
     for row in rows:
-        place = row.get("name", "?"), naming.series(row)
+        place = naming.kind(row), naming.series(row)
         if place not in groups:
             groups[place] = Group(*place)
         groups[place].add(row)

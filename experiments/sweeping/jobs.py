@@ -51,6 +51,7 @@ class Job:
         return {
             "key": self.key,
             "name": self.name,
+            "is_plan": c.plan is not None,
             "seed": c.seed,
             "building_id": json.dumps([building, c.building_seed, c.start]),
             "options": {name: config_file.to_plain(option_of(c, name)) for name in self.options},

@@ -66,7 +66,7 @@ class Tally:
         wall_s = max(time.monotonic() - self.begun, 1e-9)
         share = self.run_s / (wall_s * width)
         return (
-            f"{self.done} runs in {wall_s / 60.0:.1f} min, {60.0 * self.done / wall_s:.2f} a minute; "
+            f"{self.done} runs in {wall_s:.0f} s, {60.0 * self.done / wall_s:.2f} a minute; "
             f"{width} at a time spent {share:.1%} of their time on runs"
         )
 

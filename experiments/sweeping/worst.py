@@ -50,6 +50,6 @@ class Badness:
             return 2, hits, f"{hits:.0f} collision{'s' if hits > 1 else ''}"
         if row["explored"] < LITTLE:
             return 1, missed, f"{row['explored']:.2%} explored"
-        usual_m = self._metres.get((row["name"], self._naming.series(row)), math.nan)
+        usual_m = self._metres.get((self._naming.kind(row), self._naming.series(row)), math.nan)
         times = row["path_length_m"] / usual_m if usual_m > 0.0 else 0.0
         return 0, times, f"{times:.2f} times the median way, {row['explored']:.2%} explored"

@@ -55,3 +55,16 @@ def killed_once(job: Job) -> Result:
 def interrupted(job: Job) -> Result:
     """As when somebody asked to stop in the middle of a run."""
     return Result(row_of(job, status="interrupted"))
+
+
+def longer(job: Job) -> Result:
+    """Drives a tenth more than `quick`, give or take."""
+    metres = row_of(job)["path_length_m"] * (1.1 + 0.01 * (job.config.seed % 3))
+    return Result(row_of(job, path_length_m=metres))
+
+
+def failing(job: Job) -> Result:
+    """Seed 3 gives up half way."""
+    if job.config.seed != 3:
+        return quick(job)
+    return Result(row_of(job, status="stuck", explored=0.5, path_length_m=40.0), b"picture")

@@ -1,0 +1,128 @@
+"""Which of two sweeps is better, and the gate that stops the worse one."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from experiments.compare import main
+from experiments.comparison import Tolerance, bootstrap, compare, pair
+from experiments.sweep import Sweep, sweep
+from experiments.sweeping.jobs import jobs_of
+from experiments.sweeping.matrix import Matrix
+from tests.experiments.made_up_runs import failing, longer, quick
+
+AXES = Matrix(kinds=("maze", "hall"), seeds=(0, 8))
+
+
+def swept(out: Path, work: Any = quick, axes: Matrix = AXES) -> str:
+    return str(sweep(Sweep(out=out, axes=axes), work=work).folder)
+
+
+def rows(work: Any = quick, axes: Matrix = AXES) -> list[dict]:
+    return [work(job).row for job in jobs_of(axes, code="")]
+
+
+def test_the_worse_sweep_is_stopped_and_the_better_one_is_not(tmp_path, capsys):
+    short, long = swept(tmp_path / "short"), swept(tmp_path / "long", longer)
+    assert main([short, long]) == 1
+    assert "B is worse (all): it drives 10.9% more" in capsys.readouterr().out
+    assert main([long, short]) == 0
+    assert "B is better: it drives 9.8% less" in capsys.readouterr().out
+    assert main([short, short]) == 0
+    assert "1.000 [1.000, 1.000]" in capsys.readouterr().out
+
+
+def test_what_is_tolerated_does_not_stop_it(tmp_path):
+    short, long = swept(tmp_path / "short"), swept(tmp_path / "long", longer)
+    assert main([short, long, "--tolerance.metres", "0.15"]) == 0
+
+
+def test_a_failure_that_was_none_before_stops_it(tmp_path, capsys):
+    good, bad = swept(tmp_path / "good"), swept(tmp_path / "bad", failing)
+    assert main([good, bad]) == 1
+    assert "it fails where A did not 2 times" in capsys.readouterr().out
+    assert main([good, bad, "--tolerance.failures", "2"]) == 0
+
+
+def test_strategies_of_one_sweep_compare(tmp_path, capsys):
+    both = swept(tmp_path, axes=replace(AXES, strategies=("nearest", "utility")))
+    assert main([both, both, "--where-a", "strategy=nearest", "--where-b", "strategy=utility"]) == 0
+    assert "all       16" in capsys.readouterr().out
+    assert main([both, both, "--where-a", "strategy=nearest", "--where-b", "name=maze"]) == 0
+    assert "left out: 8 runs that only A has, 8 that only B has" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("options", "complaint"),
+    [
+        (["--where-a", "stratgy=nearest"], "stratgy"),
+        (["--where-a", "nearest"], "NAME=VALUE"),
+        (["--where-a", "seed=1", "--where-b", "seed=2"], "nothing to compare"),
+        (["--tolerance.metres", "-1"], "tolerance"),
+    ],
+)
+def test_a_mistake_is_named(tmp_path, capsys, options, complaint):
+    folder = swept(tmp_path)
+    try:
+        status: Any = main([folder, folder, *options])
+    except SystemExit as exit_:  # how the command line parser ends
+        status = exit_.code
+    assert status == 2
+    assert complaint in capsys.readouterr().err
+
+
+def test_a_folder_that_holds_no_sweep_is_named(tmp_path, capsys):
+    assert main([str(tmp_path), str(tmp_path)]) == 2
+    assert str(tmp_path) in capsys.readouterr().err
+
+
+def test_partners_agree_on_all_that_varies_on_either_side():
+    noisy = rows(axes=replace(AXES, noise_scales=(1.0, 2.0)))
+    pairing = pair(noisy, rows())
+    assert (len(pairing.pairs), pairing.only_a, pairing.only_b) == (16, 16, 0)
+    assert pairing.told_apart_by == ("noise_scale",)
+
+
+def test_a_run_with_two_partners_is_refused():
+    with pytest.raises(ValueError, match="two runs"):
+        pair(rows() + rows(), rows())
+
+
+def test_metres_count_only_where_both_came_to_the_end():
+    (hall, maze, overall) = compare(pair(rows(), rows(failing)))
+    assert (hall.kind, maze.kind, overall.kind) == ("hall", "maze", "all")
+    assert overall.metres is not None
+    assert overall.metres.value == pytest.approx(1.0)
+    assert (overall.lost, overall.won) == (2, 0)
+    assert overall.explored.value == pytest.approx((0.5 - 0.998) * 2 / 16)
+
+
+def test_what_crashed_is_worse():
+    crashed = [row | {"status": "crashed", "error": "oops"} for row in rows()]
+    (*_, overall) = compare(pair(rows(), crashed))
+    assert overall.metres is None
+    assert Tolerance().complaints(overall)
+
+
+def test_many_plans_are_one_kind():
+    plans = [row | {"name": f"plan {n}", "is_plan": True} for n, row in enumerate(rows())]
+    (together,) = compare(pair(plans, plans))
+    assert (together.kind, together.pairs) == ("plans", 16)
+
+
+def test_the_interval_holds_the_mean_19_times_in_20():
+    rng = np.random.default_rng(0)
+    hits = 0
+    for seed in range(40):
+        interval = bootstrap(rng.normal(0.3, 1.0, 40), seed)
+        assert interval.low <= interval.value <= interval.high
+        hits += interval.low <= 0.3 <= interval.high
+    assert 34 <= hits <= 40
+
+
+def test_the_same_seed_gives_the_same_interval():
+    values = np.arange(9.0)
+    assert bootstrap(values, 1) == bootstrap(values, 1) != bootstrap(values, 2)
