@@ -173,8 +173,8 @@ def map_sha256(grid: OccupancyGrid) -> str:
 
 
 def versions() -> dict[str, str]:
-    """What produced the figures."""
-    packages = ("occmap", "mujoco", "numpy", "scipy", "numba")
+    """What produced the figures, and the recordings."""
+    packages = ("occmap", "mujoco", "numpy", "scipy", "numba", "qdldl", "rerun-sdk")
     return {"python": platform.python_version()} | {name: metadata.version(name) for name in packages}
 
 
