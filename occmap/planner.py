@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from occmap.body import Body
 from occmap.escape import way_out
+from occmap.geometry import Pose2
 from occmap.grid import Cells, OccupancyGrid
 from occmap.path import Path
 from occmap.search import SearchMemory, SearchRequest
 from occmap.terrain import ClearanceLimits, Terrain, escape_price_list, price_list
 from occmap.wavefront import Wavefront
 
-__all__ = ["Path", "Planner", "PlannerConfig", "Wavefront"]
+__all__ = ["Path", "Planner", "PlannerConfig", "Wavefront", "WideningFlood"]
 
 
 @dataclass(frozen=True)
@@ -122,6 +123,19 @@ class Planner:
         request = SearchRequest.flood(terrain, targets, want, within_m)
         return self._wave(terrain, start_cell, request)
 
+    def widen(self, wave: Wavefront, within_m: float) -> Wavefront:
+        """Go on with a bounded flood up to a wider bound, while the map is what it was: costs what is new.
+
+        The narrower wave is void then. Only for a flood without targets, the planner's last search.
+        """
+        wave.check()
+        if wave.is_exhausted:
+            return wave
+        terrain = wave.terrain
+        request = SearchRequest.flood(terrain, None, None, within_m)
+        exact_below = self._memory.widen(terrain, terrain.flat(wave.start_cell), terrain.prices, request)
+        return replace(wave, exact_below=exact_below, search_number=self._memory.search_number)
+
     def plan(
         self,
         grid: OccupancyGrid,
@@ -167,3 +181,25 @@ class Planner:
             memory=self._memory,
             search_number=self._memory.search_number,
         )
+
+
+class WideningFlood:
+    """One flood from where the robot stands, asked for within wider and wider bounds on the cost.
+
+    It goes on where it was, so that looking farther costs only what is farther. Ask for nothing else of
+    the planner meanwhile, and leave the map as it is.
+    """
+
+    def __init__(self, planner: Planner, grid: OccupancyGrid, clearance_m: NDArray[np.float32], here: Pose2):
+        self._planner = planner
+        self._map = grid, clearance_m
+        self._start_cell = grid.frame.cell_at(*here.position)
+        self._wave: Wavefront | None = None
+
+    def __call__(self, within_m: float) -> Wavefront:
+        """All that costs at most so many metres; the wave before it is void."""
+        if self._wave is None:
+            self._wave = self._planner.flood(*self._map, self._start_cell, within_m=within_m)
+        else:
+            self._wave = self._planner.widen(self._wave, within_m)
+        return self._wave

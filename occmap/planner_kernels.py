@@ -37,11 +37,18 @@ def octile(ix, iy, box):
 
 @njit(cache=True, inline="always")
 def _push(cell, slot, heads, items):
-    """Put a cell into a bucket; whether there was room. heads[-1] is the first of the vacant entries."""
-    entry = heads[-1]
-    if entry >= len(items):
-        return False
-    heads[-1] = items[entry, 1]
+    """Put a cell into a bucket; whether there was room.
+
+    heads[-2] is the first of the vacated entries, heads[-1] the number of those ever used.
+    """
+    entry = heads[-2]
+    if entry >= 0:
+        heads[-2] = items[entry, 1]
+    else:
+        entry = heads[-1]
+        if entry >= len(items):
+            return False
+        heads[-1] += 1
     items[entry, 0], items[entry, 1] = cell, heads[slot]
     heads[slot] = entry
     return True
@@ -52,14 +59,14 @@ def _pop(slot, heads, items):
     """Take the cell last put into a bucket that is not empty."""
     entry = heads[slot]
     heads[slot] = items[entry, 1]
-    items[entry, 1] = heads[-1]
-    heads[-1] = entry
+    items[entry, 1] = heads[-2]
+    heads[-2] = entry
     return items[entry, 0]
 
 
 @njit(cache=True)
 def search(
-    state, clearance_m, nx, entry_cost, start, box, want, limit, shift, cost, link, touched, heads, items
+    state, clearance_m, nx, entry_cost, start, box, want, limit, shift, at, cost, link, touched, heads, items
 ):
     """Cheapest costs from `start`, cell by cell outwards, until `want` targets or `limit` are passed.
 
@@ -67,26 +74,33 @@ def search(
     wider than the cheapest step, so that each cell is expanded once; an A* (Hart et al. 1968), whose
     order is by cost plus the octile distance to `box`, opens a cell again if a cheaper way turns up
     within its bucket. Both are exact when a bucket has been emptied. Diagonal steps need both
-    4-neighbours (no corner cutting). The queue lives in `heads`, a power of two of buckets and one,
+    4-neighbours (no corner cutting). The queue lives in `heads`, a power of two of buckets and two,
     and `items` (m, 2), its linked entries.
 
-    O(cells touched). Returns (number of touched cells, cost below which all is exact), or
-    (number, OUT_OF_MEMORY) if `items` was too short.
+    `at` (4,) is how far the search is: the bucket, the cells waiting (-1: it has yet to begin), the
+    targets settled and the cells touched (before it begins: those of the last search, to be cleaned
+    up). A search that a limit ended goes on where it was if called again with a higher one.
+
+    O(cells touched). Returns the cost below which all is exact, or OUT_OF_MEMORY if `items` was too short.
     """
-    bins, ny, mask = entry_cost.size // 3, state.size // nx, heads.size - 2
-    heads[:] = -1
-    heads[-1] = 0
-    items[:, 1] = np.arange(1, len(items) + 1)
+    bins, ny, mask = entry_cost.size // 3, state.size // nx, heads.size - 3
+    if at[1] < 0:
+        for k in range(at[3]):
+            cost[touched[k]] = UNREACHED
+        heads[:] = -1
+        heads[-1] = 0
+        touched[0] = start
+        cost[start], link[start] = 0, (link[start] & TARGET) | OPEN
+        at[0], at[1], at[2], at[3] = octile(start % nx, start // nx, box) >> shift, 1, 0, 1
+        _push(start, at[0] & mask, heads, items)
+    bucket, waiting, settled, n_touched = at[0], at[1], at[2], at[3]
     passable, rows_per_cell = np.zeros(8, np.bool_), 1.0 / nx
-    touched[0], n_touched = start, 1
-    cost[start], link[start] = 0, (link[start] & TARGET) | OPEN
-    bucket = octile(start % nx, start // nx, box) >> shift
-    _push(start, bucket & mask, heads, items)
-    waiting, settled = 1, 0
+    exact_below = UNREACHED
     while waiting > 0:
         if heads[bucket & mask] < 0:
             if settled >= want or (bucket << shift) > limit:
-                return n_touched, (bucket + 1) << shift
+                exact_below = (bucket + 1) << shift
+                break
             bucket += 1
             continue
         cell = _pop(bucket & mask, heads, items)
@@ -121,9 +135,11 @@ def search(
                 n_touched += 1
             cost[other], link[other] = there, (link[other] & TARGET) | OPEN | direction
             if not _push(other, ((there + octile(jx, jy, box)) >> shift) & mask, heads, items):
-                return n_touched, OUT_OF_MEMORY
+                at[3] = n_touched
+                return OUT_OF_MEMORY
             waiting += 1
-    return n_touched, UNREACHED
+    at[0], at[1], at[2], at[3] = bucket, waiting, settled, n_touched
+    return exact_below
 
 
 @njit(cache=True)

@@ -60,41 +60,64 @@ class SearchMemory:
         self.cost: NDArray[np.int32] = np.empty(0, np.int32)
         self.link: NDArray[np.uint8] = np.empty(0, np.uint8)
         self.touched: NDArray[np.int32] = np.empty(0, np.int32)
-        self.n_touched = 0
         self.items: NDArray[np.int32] = np.empty((1 << 14, 2), np.int32)
         self.search_number = 0
+        self._heads: NDArray[np.int32] = np.empty(0, np.int32)
+        self._at = np.array([0, -1, 0, 0])  # how far the search is: see the kernel
+
+    @property
+    def n_touched(self) -> int:
+        """Cells that the last search has come to."""
+        return int(self._at[3])
 
     def search(self, terrain: Terrain, start: int, prices: NDArray[np.int32], request: SearchRequest) -> int:
-        """Fill `cost` and `link` from a flat start cell; the cost below which they are exact."""
+        """Fill `cost` and `link` from a flat start cell; the cost below which they are exact.
+
+        What the last search found is void from here on.
+        """
         from occmap import planner_kernels as kernels
 
-        state, clearance = terrain.state.ravel(), terrain.clearance_m.ravel()
-        heads = np.empty(_ring_size(int(prices.max()), request.bucket_bits) + 1, np.int32)
+        n_cells = terrain.state.size
+        if self.cost.size != n_cells:
+            self.cost = np.full(n_cells, kernels.UNREACHED, np.int32)
+            self.link = np.zeros(n_cells, np.uint8)
+            self.touched = np.empty(n_cells, np.int32)
+            self._at[3] = 0
+        ring = _ring_size(int(prices.max()), request.bucket_bits)
+        if len(self._heads) != ring + 2:
+            self._heads = np.empty(ring + 2, np.int32)
+        self.search_number += 1
         while True:
-            self._forget(state.size)
-            self.link[request.targets] = kernels.TARGET
-            self.n_touched, exact_below = kernels.search(
-                state, clearance, terrain.shape[1], prices, start, request.box, request.want, request.limit,
-                request.bucket_bits, self.cost, self.link, self.touched, heads, self.items,
-            )  # fmt: skip
-            self.link[request.targets] &= 15
+            self._at[1] = -1
+            exact_below = self._run(terrain, start, prices, request)
             if exact_below != kernels.OUT_OF_MEMORY:
                 return exact_below
             self.items = np.empty((2 * len(self.items), 2), np.int32)
 
-    def _forget(self, n_cells: int) -> None:
-        """Make room for a search. What the last one found is void from here on."""
-        from occmap.planner_kernels import UNREACHED
+    def widen(self, terrain: Terrain, start: int, prices: NDArray[np.int32], request: SearchRequest) -> int:
+        """Go on with the last search up to the request's limit, over the same map and for no targets.
+
+        Costs what is new, and finds what a search from the beginning would.
+        """
+        from occmap.planner_kernels import OUT_OF_MEMORY
 
         self.search_number += 1
-        if self.cost.size == n_cells:
-            dirty = self.touched[: self.n_touched]
-            self.cost[dirty] = UNREACHED
-        else:
-            self.cost = np.full(n_cells, UNREACHED, np.int32)
-            self.link = np.zeros(n_cells, np.uint8)
-            self.touched = np.empty(n_cells, np.int32)
-        self.n_touched = 0
+        exact_below = self._run(terrain, start, prices, request)
+        if exact_below != OUT_OF_MEMORY:
+            return exact_below
+        return self.search(terrain, start, prices, request)
+
+    def _run(self, terrain: Terrain, start: int, prices: NDArray[np.int32], request: SearchRequest) -> int:
+        from occmap.planner_kernels import TARGET, search
+
+        self.link[request.targets] = TARGET
+        exact_below = search(
+            terrain.state.ravel(), terrain.clearance_m.ravel(), terrain.shape[1], prices, start,
+            request.box, request.want, request.limit, request.bucket_bits,
+            self._at, self.cost, self.link, self.touched, self._heads, self.items,
+        )  # fmt: skip
+        self.link[request.targets] &= 15
+        return exact_below
 
 
 def _ring_size(dearest: int, bucket_bits: int) -> int:

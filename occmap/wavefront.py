@@ -36,7 +36,8 @@ class Wavefront:
 
         return self.exact_below == UNREACHED
 
-    def _check(self) -> None:
+    def check(self) -> None:
+        """ValueError if it is void."""
         if self.search_number != self.memory.search_number:
             raise ValueError(
                 "this wavefront is void: its planner has searched since. Read it before, or flood again"
@@ -45,7 +46,7 @@ class Wavefront:
     @property
     def n_reached(self) -> int:
         """How many cells the wave has touched."""
-        self._check()
+        self.check()
         return self.memory.n_touched
 
     def fixed_point(self, within_m: float = math.inf) -> tuple[NDArray[np.int32], int]:
@@ -55,7 +56,7 @@ class Wavefront:
         """
         from occmap.planner_kernels import STRAIGHT
 
-        self._check()
+        self.check()
         below = within_m / self.terrain.frame.resolution_m * STRAIGHT
         return self.memory.cost.reshape(self.terrain.shape), int(min(self.exact_below, below))
 
@@ -67,13 +68,13 @@ class Wavefront:
 
     def reached_cells(self) -> NDArray[np.int32]:
         """(k,) flat indices of the cells in reach."""
-        self._check()
+        self.check()
         touched = self.memory.touched[: self.memory.n_touched]
         return touched[self.memory.cost[touched] < self.exact_below]
 
     def cost_at(self, cells: Cells) -> NDArray[np.float32]:
         """(n,) metres to cells (ix, iy), dearer near walls; inf out of reach and outside the grid."""
-        self._check()
+        self.check()
         inside, flat = self._flat(cells)
         return np.where(inside, self._metres(self.memory.cost[flat]), np.float32(np.inf))
 

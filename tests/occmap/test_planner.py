@@ -7,8 +7,9 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
 from occmap.body import Body
+from occmap.geometry import Pose2
 from occmap.grid import Belief, GridConfig, OccupancyGrid
-from occmap.planner import Planner, PlannerConfig
+from occmap.planner import Planner, PlannerConfig, WideningFlood
 from tests.ascii_maps import ascii_grid
 
 
@@ -116,6 +117,22 @@ def test_a_flood_may_end_early_and_is_exact_where_it_got():
     np.testing.assert_array_equal(
         both.cost_at(np.array([near, far])), full[[near[1], far[1]], [near[0], far[0]]]
     )
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_flood_widened_step_by_step_is_the_flood_from_the_beginning(seed):
+    grid, clearance = believed(clutter(np.random.default_rng(seed)))
+    here = Pose2(*grid.frame.centre_of(8, 8), 0.0)
+    widening = WideningFlood(Planner(), grid, clearance, here)
+    for within_m in (0.5, 2.0, 4.0, np.inf):
+        wave, afresh = widening(within_m), Planner().flood(grid, clearance, (8, 8), within_m=within_m)
+        assert wave.exact_below == afresh.exact_below
+        np.testing.assert_array_equal(np.sort(wave.reached_cells()), np.sort(afresh.reached_cells()))
+        np.testing.assert_array_equal(costs_of(wave), costs_of(afresh))
+    assert wave.is_exhausted
+    assert widening(np.inf) is wave
+    way, afresh_way = (w.cells_to((60, 60)) for w in (wave, afresh))
+    np.testing.assert_array_equal(way, afresh_way)
 
 
 def test_a_wavefront_is_void_once_its_planner_has_searched_again():
