@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
@@ -23,7 +22,7 @@ from occmap.living_map import LivingMap
 from occmap.localization.localizer import Localizer, OdometryLocalizer
 from occmap.memory import FailedLooks
 from occmap.mobility import Mobility
-from occmap.planner import Planner, Wavefront
+from occmap.planner import Planner, Wavefront, WideningFlood
 from occmap.pursuit import Failure, Learning, Pursuit
 from occmap.scan import Observation
 from occmap.stopwatch import Stopwatch
@@ -172,7 +171,7 @@ class Explorer:
             frontiers = self.map.find_frontiers()
         with self._watch.lap("planning"):
             pursued = self.pursuit.goal if self.pursuit else None
-            flood = partial(self._flood, here)
+            flood = WideningFlood(self.planner, self.grid, self.map.clearance_m, here)
             found = self.search.run(
                 frontiers, self.grid, flood, seen.scan.max_range_m, pursued,
                 widely=self.ending.is_survey_due(seen.time_s),
@@ -210,9 +209,9 @@ class Explorer:
         if failure is not None:
             self._give_up(pursuit.goal, failure, now_s)
 
-    def _flood(self, here: Pose2, within_m: float = math.inf) -> Wavefront:
+    def _flood(self, here: Pose2) -> Wavefront:
         cell = self.grid.frame.cell_at(here.x_m, here.y_m)
-        return self.planner.flood(self.grid, self.map.clearance_m, cell, within_m=within_m)
+        return self.planner.flood(self.grid, self.map.clearance_m, cell)
 
     def _is_blocked(self, pursuit: Pursuit) -> bool:
         return self.planner.is_blocked(pursuit.path, self.grid, self.map.clearance_m, pursuit.progress_m)

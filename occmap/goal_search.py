@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 Flood = Callable[[float], "Wavefront"]
 """A wavefront from where the robot stands over all that costs at most so many metres."""
 
-BOUNDS_M = (4.0, 16.0)
-"""Bounds of the floods tried, one after the other: most goals are near, and a flood costs what it covers."""
+BOUNDS_M = (4.0, 16.0, 32.0, 64.0, 128.0)
+"""How far a flood goes, step by step: most goals are near, and a flood costs what it covers."""
 
 FAR_LOOKS = 2
 """A frontier that can only be seen from afar is given up after so many looks."""
@@ -55,11 +55,11 @@ class GoalSearch:
     ) -> Search:
         """The goal worth most, or the one pursued where that is not much better.
 
-        The flood covers no more than it must, or, if `widely`, at least the last of BOUNDS_M. A Search
+        The flood covers no more than it must, or, if `widely`, at least the second of BOUNDS_M. A Search
         without a goal is over a flood of all that can be reached.
         """
         worth_a_look = list(self._worth_a_look(frontiers, grid))
-        bounds_m = BOUNDS_M[-1:] if widely else BOUNDS_M
+        bounds_m = BOUNDS_M[1:] if widely else BOUNDS_M
         goals, wave = self._widening(worth_a_look, grid, flood, bounds_m, pursued)
         if not goals:
             goals = self._from_afar(worth_a_look, grid, wave, max_range_m)
