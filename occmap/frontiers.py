@@ -65,14 +65,16 @@ class FrontierMap:
         self.mask = np.zeros(grid.shape, np.uint8)
         self._listed = self._kernels.full_mask(grid.state, self.mask, self.config.ignore_rim)
 
-    def clusters(self, grid: OccupancyGrid) -> list[Frontier]:
-        """The frontier cells grouped by 8-connectivity, none longer than max_extent_m."""
+    def clusters(self, grid: OccupancyGrid, least_m: float = 0.0) -> list[Frontier]:
+        """The frontier cells grouped by 8-connectivity, none longer than max_extent_m, without specks."""
+        least = least_m / grid.config.resolution_m
         most = min(self.config.max_extent_m / grid.config.resolution_m, 1e9)
         cells, ends, centroids = self._kernels.cluster(self.mask, self._listed, math.ceil(most))
         self._listed = (cells[:, 1] * self.mask.shape[1] + cells[:, 0]).astype(np.int32)
         places = grid.frame.map_from_cell(centroids).tolist()
         found, start = [], 0
         for end, (x_m, y_m) in zip(ends.tolist(), places, strict=True):
-            found.append(Frontier(cells[start:end], (x_m, y_m), end - start))
+            if end - start >= least:
+                found.append(Frontier(cells[start:end], (x_m, y_m), end - start))
             start = end
         return found

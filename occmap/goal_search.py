@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -58,11 +58,10 @@ class GoalSearch:
         The flood covers no more than it must, or, if `widely`, at least the second of BOUNDS_M. A Search
         without a goal is over a flood of all that can be reached.
         """
-        worth_a_look = list(self._worth_a_look(frontiers, grid))
         bounds_m = BOUNDS_M[1:] if widely else BOUNDS_M
-        goals, wave = self._widening(worth_a_look, grid, flood, bounds_m, pursued)
+        goals, wave = self._widening(frontiers, grid, flood, bounds_m, pursued)
         if not goals:
-            goals = self._from_afar(worth_a_look, grid, wave, max_range_m)
+            goals = self._from_afar(list(self._worth_a_look(frontiers, grid)), grid, wave, max_range_m)
         if not goals:
             goals = self._nooks(grid, wave, max_range_m)
         return Search(self._prefer(goals, pursued), tuple(goals), wave)
@@ -90,7 +89,7 @@ class GoalSearch:
 
     def _widening(
         self,
-        frontiers: Sequence[tuple[Frontier, int]],
+        frontiers: Sequence[Frontier],
         grid: OccupancyGrid,
         flood: Flood,
         bounds_m: Sequence[float],
@@ -99,7 +98,8 @@ class GoalSearch:
         """Goals seen from near, and the flood that reached them: as narrow a one as proves the best."""
         for bound_m in (*bounds_m, math.inf):
             wave = flood(bound_m)
-            goals = self._from_near(_within(frontiers, grid, wave, bound_m + NEAR_M), grid, wave)
+            near = _within(frontiers, grid, wave, bound_m + NEAR_M)
+            goals = self._from_near(self._worth_a_look(near, grid), grid, wave)
             if wave.is_exhausted or not self._may_widening_help(bound_m, goals, pursued):
                 return goals, wave
         raise AssertionError("a flood without bound is exhausted")
@@ -126,7 +126,7 @@ class GoalSearch:
                 yield frontier, failed
 
     def _from_near(
-        self, frontiers: Sequence[tuple[Frontier, int]], grid: OccupancyGrid, wave: Wavefront
+        self, frontiers: Iterable[tuple[Frontier, int]], grid: OccupancyGrid, wave: Wavefront
     ) -> list[Goal]:
         """Looks at the frontiers, but for those that cost too much to compete with the best.
 
@@ -186,17 +186,17 @@ class GoalSearch:
         every_edge.rebuild(grid)
         found = (
             self.chooser.goal_into_nook(edge, grid, wave, 0.5 * max_range_m)
-            for edge in every_edge.clusters(grid)
-            if self.chooser.may_be_nook(edge, grid) and not self.looks.at(edge, grid)
+            for edge in every_edge.clusters(grid, self.chooser.config.min_nook_m)
+            if not self.looks.at(edge, grid)
         )
         return [goal for goal in found if goal is not None]
 
 
 def _within(
-    frontiers: Sequence[tuple[Frontier, int]], grid: OccupancyGrid, wave: Wavefront, reach_m: float
-) -> list[tuple[Frontier, int]]:
+    frontiers: Sequence[Frontier], grid: OccupancyGrid, wave: Wavefront, reach_m: float
+) -> list[Frontier]:
     """The frontiers that a wave could come near, the nearest first: no way is shorter than the crow's."""
     start = grid.frame.centre_of(*wave.start_cell)
-    away_m = {id(frontier): math.dist(start, frontier.centroid_in_map) for frontier, _ in frontiers}
-    near = [pair for pair in frontiers if away_m[id(pair[0])] <= reach_m]
-    return sorted(near, key=lambda pair: away_m[id(pair[0])])
+    away_m = [math.dist(start, frontier.centroid_in_map) for frontier in frontiers]
+    near = [k for k, distance_m in enumerate(away_m) if distance_m <= reach_m]
+    return [frontiers[k] for k in sorted(near, key=away_m.__getitem__)]

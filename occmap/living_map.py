@@ -28,6 +28,7 @@ class LivingMap:
         self.grid = OccupancyGrid(grid)
         self.frontiers: list[Frontier] = []
         """As of the last `find_frontiers`; their cells are in the grid's current frame."""
+        self._known_cells = 0
         self._mapper = Mapper(sensor_model)
         self._clearance = ClearanceMap(clearance)
         self._edges = FrontierMap(frontiers)
@@ -46,6 +47,7 @@ class LivingMap:
         """Spend a scan on the grid and take its changes over into the layers."""
         with watch.lap("mapping"):
             change = self._mapper.insert(scan, map_from_lidar, self.grid)
+            self._known_cells += change.learnt_cells
             self._clearance.update(self.grid, change)
         with watch.lap("frontiers"):
             self._edges.update(self.grid, change)
@@ -55,6 +57,7 @@ class LivingMap:
     def replace(self, grid: OccupancyGrid) -> None:
         """Go on with another grid, as after a correction of the past."""
         self.grid = grid
+        self._known_cells = int(np.count_nonzero(grid.state))
         everything = GridChange.of_everything(grid)
         self._clearance.update(grid, everything)
         self._edges.update(grid, everything)
@@ -62,8 +65,8 @@ class LivingMap:
 
     @property
     def known_m2(self) -> float:
-        """How much of the map is free or occupied, that is, not Belief.UNKNOWN, 0. Costs the whole map."""
-        return float(np.count_nonzero(self.grid.state)) * self.grid.frame.resolution_m**2
+        """How much of the map is free or occupied, that is, not Belief.UNKNOWN, 0."""
+        return float(self._known_cells) * self.grid.frame.resolution_m**2
 
     def holds(self, place: Pose2) -> bool:
         """Whether the grid reaches to where somebody is."""

@@ -31,6 +31,12 @@ class GridChange:
     was: NDArray[np.uint8]  # (n,) the state each had before
     state: NDArray[np.uint8]  # (ny, nx) the grid's state array, alive
 
+    @property
+    def learnt_cells(self) -> int:
+        """By how many cells more is known than before."""
+        was_known = np.count_nonzero(self.was)
+        return int(np.count_nonzero(self.state.ravel()[self.flat_cells])) - int(was_known)
+
     @staticmethod
     def of_everything(grid: OccupancyGrid) -> GridChange:
         """The change from nothing to this grid: for a grid that was swapped in whole."""
