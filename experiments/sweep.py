@@ -104,11 +104,11 @@ def sweep(asked: Sweep, stop: Callable[[], bool] = lambda: False, work: Work | N
         store.ask({"code": code} | config_file.to_plain(asked))
         mine = islice(jobs(), share.start, None, share.step)
         tally = run_missing(mine, len(share), store, lanes, work or explore, stop)
-        width = sum(lane.width() for lane in lanes)
+        workers = sum(lane.workers() for lane in lanes)
     gather(store, jobs())
-    say(tally.text(width))
+    say(tally.text(workers))
     if not stop():
-        keep_recordings(asked, store, jobs)
+        keep_recordings(asked, store, jobs, stop)
     return store
 
 
@@ -124,7 +124,13 @@ def gather(store: Store, jobs: Iterator[Job]) -> None:
     (store.folder / TABLE).write_text(text + "\n")
 
 
-def keep_recordings(asked: Sweep, store: Store, jobs: Callable[[], Iterator[Job]]) -> None:
+RECORDINGS_A_PROCESS = 50
+"""Each recording stream leaks some megabytes, so processes that record are replaced now and then."""
+
+
+def keep_recordings(
+    asked: Sweep, store: Store, jobs: Callable[[], Iterator[Job]], stop: Callable[[], bool]
+) -> None:
     """Run again what is worth looking at, on this machine: recordings are large."""
     from experiments.sweeping.pool import results
     from experiments.sweeping.runner import open_lanes
@@ -132,10 +138,12 @@ def keep_recordings(asked: Sweep, store: Store, jobs: Callable[[], Iterator[Job]
     wanted = to_record(store, Keep.parse(asked.keep_recordings))
     if not wanted:
         return
-    with open_lanes(asked.workers, None) as lanes:
-        for result in results(recording_jobs(jobs(), wanted, store), lanes, record):
-            row = result.row
-            say(f"recorded {row['name']} {row['seed']}: {row.get('error', row['status'])}")
+    todo = recording_jobs(jobs(), wanted, store)
+    while batch := list(islice(todo, RECORDINGS_A_PROCESS * asked.workers)):
+        with open_lanes(asked.workers, None) as lanes:
+            for result in results(batch, lanes, record, stop):
+                row = result.row
+                say(f"recorded {row['name']} {row['seed']}: {row.get('error', row['status'])}")
     store.gather(job.key for job in jobs())
 
 

@@ -8,13 +8,16 @@ from typing import Any
 from experiments.sweeping.jobs import Job, Result
 from experiments.sweeping.pool import Work
 
-QUEUE = 2
-"""Jobs on their way to each thread of the cluster: none waits for the network between two runs."""
+CONNECT_S = 10.0
+"""Longer than a scheduler takes to answer."""
 
 
 class ClusterLane:
     """All workers of a cluster. They need this package, the same code, and the floor plans if there are any;
     they need not share a disk with us: results come back over the network."""
+
+    queue = 2
+    """The next job is there when one ends: none waits for the network."""
 
     def __init__(self, scheduler: str) -> None:
         try:
@@ -27,10 +30,10 @@ class ClusterLane:
             raise ValueError(f"no Dask scheduler answers at {scheduler}: {error}") from error
         self._executor = self._client.get_executor(pure=False)
 
-    def width(self) -> int:
-        """Grows and shrinks with the cluster; while it has no workers yet, one job waits for them."""
+    def workers(self) -> int:
+        """Grows and shrinks with the cluster; while it has no workers yet, a job waits for them."""
         threads: Any = self._client.nthreads()
-        return QUEUE * max(1, sum(threads.values()))
+        return max(1, sum(threads.values()))
 
     def submit(self, work: Work, job: Job) -> Future[Result]:
         return self._executor.submit(work, job)
@@ -44,6 +47,3 @@ class ClusterLane:
     def close(self) -> None:
         self._executor.shutdown(wait=False)
         self._client.close()
-
-
-CONNECT_S = 10.0

@@ -30,8 +30,11 @@ POLL_S = 0.3
 class Lane(Protocol):
     """Somewhere to run jobs."""
 
-    def width(self) -> int:
-        """How many jobs it takes at a time."""
+    queue: int
+    """Jobs that it takes for each of its workers, the running one among them."""
+
+    def workers(self) -> int:
+        """How many jobs it runs at a time."""
         ...
 
     def submit(self, work: Work, job: Job) -> Future[Result]:
@@ -54,6 +57,8 @@ class Lane(Protocol):
 class ProcessLane:
     """One process of its own on this machine, spawned: a fork would share threads and locks."""
 
+    queue = 1
+
     def __init__(self) -> None:
         self._context = multiprocessing.get_context("spawn")
         self._stop = self._context.Event()
@@ -62,7 +67,7 @@ class ProcessLane:
     def _fresh(self) -> ProcessPoolExecutor:
         return ProcessPoolExecutor(1, self._context, initializer=_begin, initargs=(self._stop,))
 
-    def width(self) -> int:
+    def workers(self) -> int:
         return 1
 
     def submit(self, work: Work, job: Job) -> Future[Result]:
@@ -123,7 +128,7 @@ def _fill(
     work: Work,
 ) -> None:
     """Give a lane as much as it takes; what died comes first."""
-    free = lane.width() - sum(owner is lane for owner, _ in running.values())
+    free = lane.queue * lane.workers() - sum(owner is lane for owner, _ in running.values())
     for _ in range(free):
         job = again.popleft() if again else next(waiting, None)
         if job is None:

@@ -61,13 +61,15 @@ class Tally:
         self.bad += not is_good(result.row)
         self.run_s += result.row.get("run_s", 0.0)
 
-    def text(self, width: int) -> str:
+    def text(self, workers: int) -> str:
         """Throughput, and how much of it was not spent on runs."""
-        wall_s = max(time.monotonic() - self.begun, 1e-9)
-        share = self.run_s / (wall_s * width)
+        if not self.done:
+            return "nothing was left to run"
+        wall_s = time.monotonic() - self.begun
+        share = self.run_s / (wall_s * workers)
         return (
             f"{self.done} runs in {wall_s:.0f} s, {60.0 * self.done / wall_s:.2f} a minute; "
-            f"{width} at a time spent {share:.1%} of their time on runs"
+            f"{workers} at a time spent {share:.1%} of their time on runs"
         )
 
 
@@ -79,7 +81,7 @@ def run_missing(
 
     tally = Tally(time.monotonic())
     with tqdm(total=total, unit="run", smoothing=0.05, file=sys.stderr, dynamic_ncols=True) as bar:
-        for result in results(missing(jobs, store, bar), lanes, work, stop):
+        for result in results(missing(jobs, store, bar, stop), lanes, work, stop):
             if result.row["status"] == INTERRUPTED:
                 continue
             store.write(result)
@@ -89,10 +91,12 @@ def run_missing(
     return tally
 
 
-def missing(jobs: Iterable[Job], store: Store, bar: tqdm) -> Iterator[Job]:
+def missing(jobs: Iterable[Job], store: Store, bar: tqdm, stop: Callable[[], bool]) -> Iterator[Job]:
     """The jobs whose result is not there; the others count as done from the beginning, so that the time left
     is told by the runs that take time."""
     for job in jobs:
+        if stop():
+            return
         if store.has(job.key):
             bar.initial += 1
             bar.update()
