@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Sequence
 from pathlib import Path
@@ -28,7 +29,8 @@ is where the median run ended. On the right what was still unexplored, on a loga
 where explorers differ."""
 METRES_TEXT = "One dot a run; the bar spans the middle half, the upright is the median."
 FAILURES_TEXT = """Runs that did not end complete, or whose claim to be complete is not true. A recording
-opens with <code>rerun recording.rrd</code>."""
+opens with <code>rerun recording.rrd</code>; <code>python -m experiments.explore --config config.json</code>
+runs the same again."""
 WORST_TEXT = """First what failed, then what collided or explored less than 99 %, then what drove most against
 the median of its own group."""
 
@@ -129,7 +131,16 @@ class Lineup:
         for name in ("recording.rrd", "coverage.png", "config.json"):
             if recorded is not None and (recorded / name).exists():
                 links[name] = quote(os.path.relpath(recorded / name, self._out))
+        if not links and "config" in row:
+            links["config.json"] = quote(self._config_file(row))
         return Shown(row, self._naming.series(row), self._badness.why(row), picture, links)
+
+    def _config_file(self, row: Row) -> str:
+        """Write down how to repeat a run; returns the file's place within the report's folder."""
+        file = self._out / "configs" / f"{row['name']}-{row['seed']}-{row['key'][:8]}.json"
+        file.parent.mkdir(exist_ok=True)
+        file.write_text(json.dumps(row["config"], indent=2) + "\n")
+        return f"configs/{file.name}"
 
 
 def failure_section(people: Lineup, total: int, most: int) -> str:

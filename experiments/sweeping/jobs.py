@@ -19,6 +19,7 @@ from experiments.sweeping.matrix import OPTION_OF, Matrix
 Row = dict[str, Any]
 """One run's result as JSON holds it: what the run was, the fields of summary.json, and its curve."""
 CRASHED, INTERRUPTED = "crashed", "interrupted"
+DEFAULT: Row = config_file.to_plain(ExperimentConfig())
 WHICH_BUILDING = ("plan", "building.kind")
 """Options that a row tells by its name; all others that vary are among its `options`."""
 
@@ -55,6 +56,7 @@ class Job:
             "seed": c.seed,
             "building_id": json.dumps([building, c.building_seed, c.start]),
             "options": {name: config_file.to_plain(option_of(c, name)) for name in self.options},
+            "config": changed(config_file.to_plain(c), DEFAULT),
             "code": self.code,
         }
 
@@ -109,6 +111,20 @@ def _explored(job: Job, stop: Callable[[], bool]) -> Result:
 def crashed(job: Job, error: str) -> Result:
     """The result of a run that has none."""
     return Result(job.identity() | {"status": CRASHED, "error": error})
+
+
+def changed(plain: Row, default: Row) -> Row:
+    """What of a config differs from another, nested alike: `config_file.from_plain` makes it whole again."""
+    found = {}
+    for name, value in plain.items():
+        if isinstance(value, dict) and isinstance(default[name], dict):
+            value = changed(value, default[name])
+            if not value:
+                continue
+        elif value == default[name]:
+            continue
+        found[name] = value
+    return found
 
 
 def option_of(config: Any, option: str) -> Any:

@@ -12,7 +12,7 @@ from experiments.sweeping.jobs import Row
 
 COUNTED = ("unknown_left",)
 """Lists of which a table holds the length."""
-LEFT_OUT = ("curve",)
+LEFT_OUT = ("curve", "config")
 
 
 def text_table(groups: Sequence[Group]) -> str:

@@ -6,6 +6,7 @@ from typing import get_args
 
 import pytest
 
+from experiments import config_file
 from experiments.config import ExperimentConfig
 from experiments.sweep import parse
 from experiments.sweeping import code_version
@@ -115,6 +116,18 @@ def test_a_run_is_known_by_all_that_decides_it(tmp_path):
     assert key(SAME) != key(replace(SAME, seed=1))
     assert key(SAME) != key(replace(SAME, noise_scale=2.0))
     assert key(SAME) != key(SAME, code="2")
+
+
+def test_a_result_tells_how_to_run_it_again(tmp_path):
+    unusual = replace(SAME, seed=3, pose="slam", lidar=replace(SAME.lidar, beams=180))
+    said = Job(unusual, "").identity()["config"]
+    assert said == {
+        "seed": 3,
+        "pose": "slam",
+        "lidar": {"beams": 180},
+        "building": {"seed": unusual.building_seed},
+    }
+    assert config_file.from_plain(ExperimentConfig, said, where="row") == unusual.pinned()
 
 
 def test_a_plan_is_known_by_its_contents_not_by_its_place(tmp_path):

@@ -1,11 +1,14 @@
 """One page about many runs."""
 
+import json
 from html.parser import HTMLParser
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from experiments import config_file
+from experiments.config import ExperimentConfig
 from experiments.report import main
 from experiments.reporting.coverage import Bundle
 from experiments.sweep import Sweep, sweep
@@ -80,8 +83,16 @@ def test_failures_link_to_their_recordings(swept, tmp_path, capsys):
     assert main([str(swept), "--out", str(tmp_path / "elsewhere")]) == 0
     file = Path(capsys.readouterr().out.strip())
     links = set(Page(file.read_text()).links)
-    assert len(links) == 1
-    assert (file.parent / links.pop()).resolve().name == "recording.rrd"
+    assert all((file.parent / link).is_file() for link in links)
+    assert sum(link.endswith("recording.rrd") for link in links) == 1
+
+
+def test_what_was_not_recorded_can_be_repeated(swept, capsys):
+    assert main([str(swept)]) == 0
+    file = Path(capsys.readouterr().out.strip())
+    configs = [link for link in Page(file.read_text()).links if link.startswith("configs/")]
+    said = json.loads((file.parent / configs[0]).read_text())
+    assert config_file.from_plain(ExperimentConfig, said, where="config").seed == said["seed"] == 3
 
 
 def test_several_sweeps_are_told_apart(swept, tmp_path, capsys):
