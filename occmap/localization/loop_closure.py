@@ -79,11 +79,15 @@ class LoopCloser:
             self._queue(submap)
 
     def propose_lonely(self) -> None:
-        """Queue once more the finished submaps that no loop has been found for."""
-        found = {k for loop in self.believed for k in (loop.older, loop.younger)}
+        """Queue once more the finished submaps far from any loop."""
+        apart = self.config.candidates.apart
+        near = {
+            k + d for loop in self.believed for k in (loop.older, loop.younger) for d in range(-apart, apart)
+        }
         for k, submap in enumerate(self._submaps):
-            if k not in found and submap.cloud is not None:
+            if k not in near and submap.cloud is not None:
                 self._queue(k)
+                near.update(range(k, k + apart))
 
     def _queue(self, submap: int) -> None:
         for k in range(submap + 1):

@@ -27,6 +27,10 @@ class ComparisonConfig(Positive):
     """But never farther: a loop lost by more is not found."""
     max_window_rad: float = 0.8
     """And never turns farther."""
+    off_m: float = 0.05
+    """Between two orientations searched, the farthest point is off by at most this."""
+    most_work: int = 100_000_000
+    """Points looked up for one pair; what is not clear by then is too much alike to be told apart."""
     query_radius_m: float = 10.0
     """Surfels this near to where the robot was are compared."""
     query_most_m: float = 30.0
@@ -63,6 +67,7 @@ class Comparison:
         self._points = seen_nearby(younger, config.query_spacing_m, config).points
         self._search: WindowSearch | None = None
         self._best: WindowSearch | None = None
+        self._work = config.most_work
 
     def step(self, older: Submap, younger: Submap, matcher: Matcher, work: int) -> bool:
         """Do a slice of it; True once there is nothing more to find out."""
@@ -71,9 +76,10 @@ class Comparison:
             if len(self._points) < c.least_points:
                 return True
             self._search = WindowSearch(self._points, older.raster, self._window())
-        work = self._search.step(older.raster, work)
+        self._work -= work
+        self._search.step(older.raster, work)
         if not self._search.is_done:
-            return False
+            return self._work <= 0
         if self._best is None:
             if not self._search.found:
                 return True
@@ -94,7 +100,7 @@ class Comparison:
             self.predicted,
             min(3.0 * pair.sigma_m + c.window_m, c.max_window_m),
             min(3.0 * pair.sigma_rad + c.window_rad, c.max_window_rad),
-            0.05 / max(reach_m, c.query_radius_m),  # moves the farthest point by a cell
+            2.0 * c.off_m / max(reach_m, c.query_radius_m),
             c.least_score,
         )
 
@@ -102,7 +108,7 @@ class Comparison:
         """The same window but for the best pose, and only what is nearly as good."""
         c = self._config
         nearly = c.rival_share * best.score
-        return replace(best.window, least_score=nearly, shun=best.best, shun_m=c.rival_m)
+        return replace(best.window, least_score=nearly, shun=best.best, shun_m=c.rival_m, any_will_do=True)
 
     def _closer_look(self, older: Submap, younger: Submap, matcher: Matcher, found: Pose2) -> Match | None:
         c = self._config

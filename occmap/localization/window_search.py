@@ -24,6 +24,8 @@ class Window:
     shun: Pose2 | None = None
     """Nor do those within shun_m of this one."""
     shun_m: float = 0.0
+    any_will_do: bool = False
+    """The search is over with the first pose that counts, be it the best one or not."""
 
 
 class WindowSearch:
@@ -97,9 +99,16 @@ class WindowSearch:
         from occmap.localization import window_search_kernels as kernels
 
         self._next, left = kernels.descend(
-            *self._problem(raster), self._bounds, self._order, self._next, self._best, self._shun, work
+            *self._problem(raster),
+            self._bounds,
+            self._order,
+            self._next,
+            self._best,
+            self._shun,
+            work,
+            self.window.any_will_do,
         )
-        self.is_done = self._next == len(self._order)
+        self.is_done = self._next == len(self._order) or (self.window.any_will_do and self.found)
         return left
 
     def _problem(self, raster: LikelihoodPyramid) -> tuple:

@@ -30,12 +30,12 @@ def bounds(buffer, starts, shapes, points, origin_x, origin_y, cells_per_m, gues
 
 @njit(cache=True)
 def descend(buffer, starts, shapes, points, origin_x, origin_y, cells_per_m, guess, half_angles, angle_step,
-            half_cells, top, out, order, begin, best, shun, work):  # fmt: skip
+            half_cells, top, out, order, begin, best, shun, work, any_will_do):  # fmt: skip
     """Search the blocks of `order` from `begin` on, below bounds `out`, until so many points were scored.
 
     best (4,) is the best (angle step, cells in x, cells in y, score) so far, and is improved on; shifts
     within shun[2] cells of shun[:2] do not count. Returns where to go on, len(order) when all is done, and
-    the work left.
+    the work left. With any_will_do the first pose that beats `best` ends it.
     """
     blocks = out.shape[1]
     stack = np.empty((4 * (top + 2), 3), np.int64)
@@ -59,6 +59,8 @@ def descend(buffer, starts, shapes, points, origin_x, origin_y, cells_per_m, gue
                 if max(abs(x - half_cells - shun[0]), abs(y - half_cells - shun[1])) > shun[2]:
                     best[0], best[1], best[2] = a - half_angles, x - half_cells, y - half_cells
                     best[3] = stack_bound[size]
+                    if any_will_do:
+                        return at + 1, work
                 continue
             first, h = size, 1 << (k - 1)
             for child in range(4):
