@@ -66,11 +66,15 @@ def unknown_beyond(state, cells, limit, deepest):
             if depth == 0:
                 continue
             if not beside_occupied(state, x + dx, y + dy):
-                clear[n_clear] = x + depth * dx, y + depth * dy, depth
+                clear[n_clear, 0], clear[n_clear, 1], clear[n_clear, 2] = (
+                    x + depth * dx,
+                    y + depth * dy,
+                    depth,
+                )
                 n_clear += 1
                 break
             if n_rim < limit:
-                rim[n_rim] = x + depth * dx, y + depth * dy, depth
+                rim[n_rim, 0], rim[n_rim, 1], rim[n_rim, 2] = x + depth * dx, y + depth * dy, depth
                 n_rim += 1
     return clear[:n_clear] if n_clear else rim[:n_rim]
 
@@ -109,10 +113,13 @@ def find_viewpoint(state, cost, exact_below, targets, needed, reach_cells, strid
     """
     ny, nx = state.shape
     n = targets.shape[0]
-    x_low = max(0, targets[:, 0].min() - reach_cells)
-    x_high = min(nx, targets[:, 0].max() + reach_cells + 1)
-    y_low = max(0, targets[:, 1].min() - reach_cells)
-    y_high = min(ny, targets[:, 1].max() + reach_cells + 1)
+    x_low, y_low = targets[0, 0], targets[0, 1]
+    x_high, y_high = x_low, y_low
+    for k in range(n):
+        x_low, x_high = min(x_low, targets[k, 0]), max(x_high, targets[k, 0])
+        y_low, y_high = min(y_low, targets[k, 1]), max(y_high, targets[k, 1])
+    x_low, x_high = max(0, x_low - reach_cells), min(nx, x_high + reach_cells + 1)
+    y_low, y_high = max(0, y_low - reach_cells), min(ny, y_high + reach_cells + 1)
     reach_squared = reach_cells * reach_cells
     best, best_x, best_y = exact_below, -1, -1
     for y in range(y_low, y_high, stride):
@@ -211,6 +218,6 @@ def unknown_inside(state, cells, least, deepest):
         for dx, dy in ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, 1), (1, -1), (-1, -1)):
             depth = unknown_depth(state, x, y, dx, dy, deepest)
             if depth >= least:
-                found[n] = x + depth * dx, y + depth * dy, depth
+                found[n, 0], found[n, 1], found[n, 2] = x + depth * dx, y + depth * dy, depth
                 n += 1
     return found[:n]

@@ -68,7 +68,7 @@ def keep_believed(
         ix = math.floor((x + c * lone[k, 0] - s * lone[k, 1] - origin_x) / resolution_m)
         iy = math.floor((y + s * lone[k, 0] + c * lone[k, 1] - origin_y) / resolution_m)
         if 0 <= ix < nx and 0 <= iy < ny and clearance_m[iy, ix] <= near_m:
-            hits[n_hits] = lone[k]
+            hits[n_hits, 0], hits[n_hits, 1] = lone[k, 0], lone[k, 1]
             n_hits += 1
     return n_hits
 

@@ -1,4 +1,7 @@
-"""The way ahead of the robot: samples (m, 2) of its path, in its own frame but for `place_on_path`."""
+"""The way ahead of the robot: samples (m, 2) of its path, in its own frame but for `place_on_path`.
+
+Loops instead of array expressions: each of those compiles for longer than the kernel around it.
+"""
 
 import math
 
@@ -54,7 +57,7 @@ def sample_path(points, stations_m, from_m, spacing_m, x, y, yaw, way):
     return n
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True)
 def _tangent(way, j):
     """Unit vector along the way at a sample."""
     a, b = max(j - 2, 0), min(j + 2, len(way) - 1)
@@ -96,7 +99,10 @@ def centre(way, hits, beside_m, roomy_m, most_m, reach):
     is in the gap. The rooms (m, 3) of the shifted samples. O(samples * hits).
     """
     room = rooms(way, hits, beside_m, roomy_m)
-    if np.abs(room[:, 0] - room[:, 1]).max() < 1e-3:
+    widest = 0.0
+    for j in range(len(way)):
+        widest = max(widest, abs(room[j, 0] - room[j, 1]))
+    if widest < 1e-3:
         return room
     shift = np.zeros(len(way))
     for j in range(len(way)):
@@ -109,10 +115,15 @@ def centre(way, hits, beside_m, roomy_m, most_m, reach):
     moved = np.empty_like(way)
     for j in range(len(way)):
         tx, ty = _tangent(way, j)
-        smooth = shift[max(j - reach // 2, 0) : j + reach // 2 + 1].mean()
+        first, end = max(j - reach // 2, 0), min(j + reach // 2 + 1, len(way))
+        smooth = 0.0
+        for k in range(first, end):
+            smooth += shift[k]
+        smooth /= end - first
         moved[j, 0] = way[j, 0] - ty * smooth
         moved[j, 1] = way[j, 1] + tx * smooth
-    way[:] = moved
+    for j in range(len(way)):
+        way[j, 0], way[j, 1] = moved[j, 0], moved[j, 1]
     return rooms(way, hits, beside_m, roomy_m)
 
 
