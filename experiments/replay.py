@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
+from experiments.replay_localizers import ReplayLocalizer, make_localizer
+from experiments.replay_states import StateOptions, make_from_state
 from experiments.replaying import ReplayConfig, Replayed, ReplayRecorder, replay
 from experiments.signals import StopRequest
 
@@ -47,6 +49,11 @@ class Command:
     odometry_topic: str | None = None
     """Of a bag: which Odometry to trust. By default the first by name, or the transforms if there is none."""
     replay: Annotated[ReplayConfig, tyro.conf.arg(name="")] = field(default_factory=ReplayConfig)
+    state: Annotated[StateOptions, tyro.conf.arg(name="")] = field(default_factory=StateOptions)
+
+    def __post_init__(self) -> None:
+        if self.replay.pose != "slam" and (self.state.reads_a_state or self.state.save_state is not None):
+            raise ValueError("only --pose slam has a state to save and to go on from")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -54,7 +61,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         command = tyro.cli(Command, prog="python -m experiments.replay", args=arguments)
         say(f"reading {command.log}")
-        log, relations, folder = set_up(command)
+        log, relations, localizer, folder = set_up(command)
     except (ValueError, OSError) as mistake:
         say(f"error: {mistake}")
         return MISTAKE
@@ -62,12 +69,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return INTERRUPTED + 2
     say(facts(log) + "\npreparing (a first run compiles kernels for some seconds)")
     with StopRequest() as stop:
-        replayed = replay(log, command.replay, recorders_of(command, log, folder), stop)
+        replayed = replay(
+            log, command.replay, recorders_of(command, log, folder), stop, localizer, command.state.save_state
+        )
         say(write(replayed, relations, folder, command))
     return INTERRUPTED + stop.signal if stop.signal else 0
 
 
-def set_up(command: Command) -> tuple[RecordedLog, Relations | None, RunFolder]:
+def set_up(command: Command) -> tuple[RecordedLog, Relations | None, ReplayLocalizer, RunFolder]:
     """Everything that can fail for a user's mistake."""
     from experiments.logs.log import read_log
     from experiments.relations import read_relations
@@ -75,9 +84,15 @@ def set_up(command: Command) -> tuple[RecordedLog, Relations | None, RunFolder]:
 
     relations = None if command.relations is None else read_relations(command.relations)
     log = read_log(command.log, command.scan_topic, command.odometry_topic)
+    config = command.replay
+    localizer = (
+        make_from_state(command.state, log.observations[0], config.map)
+        if command.state.reads_a_state
+        else make_localizer(config.pose, config.map)
+    )
     if command.out is not None:
-        return log, relations, RunFolder.create(command.out)
-    return log, relations, RunFolder.create_named(Path("runs"), command.log.name.split(".")[0])
+        return log, relations, localizer, RunFolder.create(command.out)
+    return log, relations, localizer, RunFolder.create_named(Path("runs"), command.log.name.split(".")[0])
 
 
 def facts(log: RecordedLog) -> str:

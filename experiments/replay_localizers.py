@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Literal, Protocol
 
 import numpy as np
@@ -13,7 +14,6 @@ from occmap.grid import GridConfig, OccupancyGrid
 from occmap.localization import Estimate, OdometryLocalizer
 from occmap.mapper import Mapper
 from occmap.scan import Observation, Scan
-from occmap.sensor_model import SensorModelConfig
 
 PoseSource = Literal["slam", "odometry"]
 
@@ -39,8 +39,8 @@ class ReplayLocalizer(Protocol):
 class RememberedOdometry:
     """Believes the wheels, and remembers what they said and what was seen."""
 
-    def __init__(self, grid: GridConfig, sensor: SensorModelConfig) -> None:
-        self._grid, self._sensor = grid, sensor
+    def __init__(self, grid: GridConfig) -> None:
+        self._grid = grid
         self._odometry, self._filter = OdometryLocalizer(), MotionFilter()
         self._track: list[tuple[float, Pose2]] = []
         self._mapped: list[tuple[Scan, Pose2]] = []  # with map_from_lidar
@@ -60,19 +60,29 @@ class RememberedOdometry:
         return self._track
 
     def map(self) -> OccupancyGrid:
-        mapper, grid = Mapper(self._sensor), OccupancyGrid(self._grid)
+        mapper, grid = Mapper(), OccupancyGrid(self._grid)
         for scan, map_from_lidar in self._mapped:
             mapper.insert(scan, map_from_lidar, grid)
         return grid
 
 
-def make_localizer(pose: PoseSource, grid: GridConfig, sensor: SensorModelConfig) -> ReplayLocalizer:
+def make_localizer(pose: PoseSource, grid: GridConfig) -> ReplayLocalizer:
     """A fresh one, with the defaults that every log is mapped with."""
     if pose == "odometry":
-        return RememberedOdometry(grid, sensor)
+        return RememberedOdometry(grid)
     from occmap.localization.slam import SlamLocalizer
 
-    return SlamLocalizer(grid=grid, sensor_model=sensor)
+    return SlamLocalizer(grid=grid)
+
+
+def save_slam(path: Path, localizer: ReplayLocalizer) -> None:
+    """Write the state of a localizer that has one."""
+    from occmap.localization.slam import SlamLocalizer
+    from occmap.localization.state_file import save
+
+    if not isinstance(localizer, SlamLocalizer):
+        raise ValueError(f"a {type(localizer).__name__} has no state to save")
+    save(path, localizer)
 
 
 class MotionFilter:

@@ -6,19 +6,19 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import islice, pairwise
+from pathlib import Path
 from typing import Protocol
 
 import numpy as np
 
 from experiments.logs.log import RecordedLog
-from experiments.replay_localizers import MotionFilter, PoseSource, ReplayLocalizer, make_localizer
+from experiments.replay_localizers import MotionFilter, PoseSource, ReplayLocalizer, make_localizer, save_slam
 from experiments.tum_file import Trajectory
 from occmap.geometry import Pose2
 from occmap.grid import GridConfig, OccupancyGrid
 from occmap.localization import Estimate
 from occmap.mapper import Mapper
 from occmap.scan import Observation, Scan
-from occmap.sensor_model import SensorModelConfig
 from occmap.stopwatch import Stopwatch
 
 WARM_UP_SCANS = 80
@@ -100,16 +100,18 @@ def replay(
     recorders: Sequence[ReplayRecorder] = (),
     stop: Callable[[], bool] = lambda: False,
     localizer: ReplayLocalizer | None = None,
+    save_state: Path | None = None,
 ) -> Replayed:
     """Live through the whole log, or until `stop` says so between two scans; then settle and draw the map.
 
-    A localizer that has seen another log goes on with this one.
+    A localizer that has seen another log goes on with this one. Its state is saved before it settles, so
+    that going on from it is as if it had never been interrupted.
     """
-    sensor, stopwatch = SensorModelConfig(), Stopwatch()
+    stopwatch = Stopwatch()
     try:
         with stopwatch.lap("warm_up"):
-            warm_up(log.observations, config, sensor)
-        localizer = localizer or make_localizer(config.pose, config.map, sensor)
+            warm_up(log.observations, config)
+        localizer = localizer or make_localizer(config.pose, config.map)
         scans = 0
         for step in live(log.observations, localizer, stopwatch):
             scans += 1
@@ -118,13 +120,15 @@ def replay(
                     recorder.record(step)
             if stop():
                 break
+        if save_state is not None:
+            save_slam(save_state, localizer)
         with stopwatch.lap("settling"):
             localizer.finish()
         poses = tuple(pose for _, pose in localizer.trajectory()[-scans:])
         with stopwatch.lap("map"):
             grid = localizer.map()
             if config.no_return_frees_m is not None:
-                free_no_returns(grid, log.observations, poses, config.no_return_frees_m, sensor)
+                free_no_returns(grid, log.observations, poses, config.no_return_frees_m)
         for recorder in recorders:
             recorder.finish(poses, grid)
     finally:
@@ -144,7 +148,7 @@ def live(
         yield ReplayStep(seen, estimate)
 
 
-def warm_up(observations: Sequence[Observation], config: ReplayConfig, sensor: SensorModelConfig) -> None:
+def warm_up(observations: Sequence[Observation], config: ReplayConfig) -> None:
     """Drive the log's first metres there and back, so that all kernels are loaded before the clock runs.
 
     Back over known ground, because that is where loops are closed.
@@ -157,7 +161,7 @@ def warm_up(observations: Sequence[Observation], config: ReplayConfig, sensor: S
         there = list(observations[:WARM_UP_SCANS])
     end_s = there[-1].time_s
     back = [replace(seen, time_s=2.0 * end_s - seen.time_s) for seen in reversed(there[:-1])]
-    localizer = make_localizer(config.pose, config.map, sensor)
+    localizer = make_localizer(config.pose, config.map)
     for _ in live([*there, *back], localizer, Stopwatch()):
         pass
     localizer.finish()
@@ -176,14 +180,10 @@ def no_returns_alone(scan: Scan, free_m: float) -> Scan:
 
 
 def free_no_returns(
-    grid: OccupancyGrid,
-    observations: Sequence[Observation],
-    poses: Sequence[Pose2],
-    free_m: float,
-    sensor: SensorModelConfig,
+    grid: OccupancyGrid, observations: Sequence[Observation], poses: Sequence[Pose2], free_m: float
 ) -> None:
     """Spend the no-returns of a log on a map, each taken to be free so far."""
-    mapper, motion = Mapper(sensor), MotionFilter()
+    mapper, motion = Mapper(), MotionFilter()
     for seen, map_from_robot in zip(observations, poses, strict=False):  # fewer poses if interrupted
         if motion.is_due(map_from_robot):
             mapper.insert(no_returns_alone(seen.scan, free_m), map_from_robot @ seen.robot_from_lidar, grid)

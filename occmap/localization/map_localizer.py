@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from occmap.geometry import Pose2
+from occmap.grid import OccupancyGrid
 from occmap.localization.localizer import Estimate
-from occmap.localization.matcher import Match, Matcher, Search
+from occmap.localization.matcher import Matcher
 from occmap.localization.motion import MotionModel
+from occmap.localization.place_search import PlaceSearch, PlaceSearchConfig
 from occmap.localization.positive import Positive
 from occmap.localization.slam import SlamLocalizer
 from occmap.localization.surfel_map import Cloud
@@ -26,31 +28,14 @@ class MapLocalizerConfig(Positive):
     """A scan of which less than this share lies on the map counts against the pose."""
     patience: int = 5
     """After so many such scans in a row the robot is lost."""
-    found_fit: float = 0.6
-    """What a scan must reach for the robot to be found."""
-    window_m: float = 4.0
-    """Half the width of the window searched round each submap's centre."""
-    spacing_m: float = 0.2
-    """Between the points searched with."""
-    turn_step_rad: float = 0.02
-    """Between two orientations searched."""
-    apart: int = 2
-    """One in so many submaps is searched: neighbours show the same."""
-
-
-@dataclass(frozen=True)
-class Sighting:
-    """The best place found so far in a search, and how well the scan fits there."""
-
-    map_from_robot: Pose2
-    fit: float
+    search: PlaceSearchConfig = field(default_factory=PlaceSearchConfig)
 
 
 class MapLocalizer:
     """Matches every scan against the nearest submap of a finished map; maps nothing.
 
-    Without a start, or when scans stop fitting, it looks for the robot: one submap an update, by the
-    best fit over all of them. Until then it goes by odometry.
+    Without a start, or when scans stop fitting, it looks for the robot. Until then it goes by odometry;
+    once it is found, the trajectory since it got lost is put right.
     """
 
     def __init__(
@@ -74,8 +59,9 @@ class MapLocalizer:
         self._handed_over = False
         self._pose = start or Pose2.identity()
         self._misfits = 0 if start is not None else self.config.patience
-        self._search: list[int] = []  # submaps still to be searched
-        self._best: Sighting | None = None
+        self._track: list[tuple[float, Pose2]] = []
+        self._search: PlaceSearch | None = None
+        self._searched_from = Pose2.identity()  # map_from_robot, as believed when the searched scan was taken
 
     @property
     def is_lost(self) -> bool:
@@ -96,39 +82,45 @@ class MapLocalizer:
         self._pose = map_from_submap @ match.submap_from_robot if fits and not self.is_lost else guess
         self._motion.took(before.inverse() @ self._pose)
         self._misfits = 0 if fits and not self.is_lost else self._misfits + 1
+        self._track.append((seen.time_s, self._pose))
         if self.is_lost:
-            self._look_around(cloud, prediction.step)
+            self._look_around(cloud)
         grid, self._handed_over = None if self._handed_over else self._grid, True
         return Estimate(self._pose, insert=False, grid=grid)
+
+    def finish(self) -> None:
+        """There is nothing to settle: the map stays what it is."""
+
+    def trajectory(self) -> Sequence[tuple[float, Pose2]]:
+        """(time, map_from_robot) of every observation in turn, as it is known now."""
+        return self._track
+
+    def map(self) -> OccupancyGrid:
+        """The finished map's."""
+        return self._grid
 
     def _nearest(self, map_from_robot: Pose2) -> int:
         offset = self._centres - np.array(map_from_robot.position)
         return int(np.argmin((offset * offset).sum(axis=1)))
 
-    def _look_around(self, cloud: Cloud, step: Pose2) -> None:
-        """Search one more submap; after the last one, the best place is where the robot is."""
-        if not self._search:
-            self._search = list(range(0, len(self._submaps), self.config.apart))
-            self._best = None
-        if self._best is not None:
-            self._best = Sighting(self._best.map_from_robot @ step, self._best.fit)
-        k = self._search.pop()
-        match = self._find(cloud, k)
-        if match is not None and (self._best is None or match.fit > self._best.fit):
-            self._best = Sighting(self._map_from_submap[k] @ match.submap_from_robot, match.fit)
-        self._submaps[k].release()
-        if not self._search and self._best is not None and self._best.fit >= self.config.found_fit:
-            self._pose, self._misfits = self._best.map_from_robot, 0
+    def _look_around(self, cloud: Cloud) -> None:
+        """A turn's part of a search for one scan; found, the robot is where it has moved to since."""
+        if self._search is None:
+            self._search = PlaceSearch(
+                self.config.search, self._submaps, self._map_from_submap, self._matcher, cloud
+            )
+            self._searched_from = self._pose
+        if not self._search.is_done:
+            self._search.step()
+        if not self._search.is_done:
+            return
+        place, self._search = self._search.place(), None
+        if place is not None:
+            self._put_right(place.map_from_robot @ self._searched_from.inverse())
 
-    def _find(self, cloud: Cloud, submap: int) -> Match | None:
-        """Where in one submap a scan fits best, whatever the robot's heading."""
-        c, target = self.config, self._submaps[submap]
-        points = self._matcher.thinned(cloud.points, c.spacing_m)
-        if len(points) == 0:
-            return None
-        least = 0.5 if self._best is None else 0.5 * self._best.fit
-        where = Search(Pose2(*target.centre, 0.0), c.window_m, math.pi, c.turn_step_rad, least_score=least)
-        found, score = self._matcher.search(points, target, where)
-        if score <= least:
-            return None
-        return self._matcher.refine(cloud, target, found, found, 1e-3 * np.eye(3))
+    def _put_right(self, right_from_wrong: Pose2) -> None:
+        """Move all that was believed since the scans stopped fitting."""
+        since = max(0, len(self._track) - self._misfits)
+        self._track[since:] = [(time_s, right_from_wrong @ pose) for time_s, pose in self._track[since:]]
+        self._pose = right_from_wrong @ self._pose
+        self._misfits = 0

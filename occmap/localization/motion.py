@@ -89,9 +89,14 @@ class MotionModel:
             step, sigma_m, sigma_rad, min(window_m, c.max_window_m), min(window_rad, c.max_window_rad)
         )
 
+    @property
+    def last(self) -> Observation | None:
+        """The observation predicted last."""
+        return self._last
+
     def forget_odometry(self) -> None:
-        """Odometry begins anew: the next observation is taken from where the last one was."""
-        self._last = None
+        """Odometry begins anew, or there is none from now on: the robot is taken to be where it was."""
+        self._last, self._last_step, self._odometry_moves = None, Pose2.identity(), False
 
     def took(self, step: Pose2) -> None:
         """What the step turned out to be."""

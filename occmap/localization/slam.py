@@ -64,6 +64,11 @@ class SlamLocalizer:
         self._think()
         return self._tell(seen, scan, tracked)
 
+    def odometry_goes_on(self, seen: Observation, reach_m: float) -> bool:
+        """Whether this may be the odometry heard last: its pose is no farther off than the robot can be."""
+        last = self.motion.last
+        return last is not None and last.odom_from_robot.distance_to(seen.odom_from_robot) <= reach_m
+
     def restart_odometry(self) -> None:
         """The robot was switched off and stands where it stood: its odometry begins anew."""
         self.motion.forget_odometry()

@@ -15,7 +15,6 @@ from occmap.geometry import Pose2
 from occmap.grid import Belief, OccupancyGrid
 from occmap.map_server import load_map
 from occmap.scan import Observation, Scan
-from occmap.sensor_model import SensorModelConfig
 
 DATA = Path(__file__).parent.parent / "data"
 LOG, RELATIONS = DATA / "intel_part.clf.gz", DATA / "intel_part.relations"
@@ -164,7 +163,7 @@ def test_a_no_return_frees_nothing_unless_told_how_far():
 
     grid = OccupancyGrid()
     seen = (Observation(0.0, Pose2.identity(), scan, Pose2.identity()),)
-    free_no_returns(grid, seen, [Pose2.identity()], 3.0, SensorModelConfig())
+    free_no_returns(grid, seen, [Pose2.identity()], 3.0)
     for y_m, log_odds in ((2.5, -0.4), (3.5, 0.0)):
         ix, iy = grid.frame.cell_at(0.01, y_m)
         value = grid.log_odds[iy, ix] if grid.contains(ix, iy) else 0.0
