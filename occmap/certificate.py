@@ -45,10 +45,12 @@ def certify(
     ndimage.label(grid.state == Belief.FREE, output=regions)
     own_regions = np.unique(regions[reached])
 
+    least_m = goals.least_frontier_m(grid.frame.resolution_m)
+
     def reason_for(frontier: Frontier) -> tuple[Reason, str]:
         size_m = frontier.size * grid.frame.resolution_m
-        if size_m < goals.min_frontier_m:
-            least = f"shorter than the {goals.min_frontier_m:.2f} m worth a look"
+        if size_m < least_m:
+            least = f"shorter than the {least_m:.2f} m worth a look"
             return Reason.SPECK, f"{size_m:.2f} m long, {least}"
         if not np.isin(regions[frontier.cells[:, 1], frontier.cells[:, 0]], own_regions).any():
             return Reason.SEALED, "no free space leads to it"

@@ -8,6 +8,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from occmap.grid import SOLID_HITS
+
 UNKNOWN, FREE, OCCUPIED = np.uint8(0), np.uint8(1), np.uint8(2)
 FRONTIER = np.uint8(1)
 """A frontier cell in the mask. While cells are clustered, the mask also holds the marks below."""
@@ -15,42 +17,45 @@ FLOODED, ECHOED, ONE_HALF, OTHER_HALF, DONE = np.uint8(2), np.uint8(3), np.uint8
 
 
 @njit(cache=True)
-def beside_occupied(state, iy, ix):
-    """Whether a cell has an occupied 8-neighbour."""
+def beside_surface(state, hits, iy, ix):
+    """Whether a cell has an 8-neighbour that is occupied or solid."""
     ny, nx = state.shape
     for y in range(max(iy - 1, 0), min(iy + 2, ny)):
         for x in range(max(ix - 1, 0), min(ix + 2, nx)):
-            if state[y, x] == OCCUPIED:
+            if state[y, x] == OCCUPIED or hits[y, x] >= SOLID_HITS:
                 return True
     return False
 
 
 @njit(cache=True)
-def is_frontier(state, iy, ix, ignore_rim):
+def is_frontier(state, hits, iy, ix, ignore_rim):
     """A free cell with an unknown 4-neighbour; the outside of the array is unknown (Yamauchi 1997).
 
-    With ignore_rim, unknown cells beside an occupied one do not count.
+    Cells that are solid count as neither, whatever the belief of the moment. With ignore_rim, nor do
+    unknown cells beside an occupied or solid one.
     """
-    if state[iy, ix] != FREE:
+    if state[iy, ix] != FREE or hits[iy, ix] >= SOLID_HITS:
         return False
     ny, nx = state.shape
     for dy, dx in ((-1, 0), (0, -1), (0, 1), (1, 0)):
         y, x = iy + dy, ix + dx
         inside = 0 <= y < ny and 0 <= x < nx
-        if (not inside or state[y, x] == UNKNOWN) and not (ignore_rim and beside_occupied(state, y, x)):
+        if inside and (state[y, x] != UNKNOWN or hits[y, x] >= SOLID_HITS):
+            continue
+        if not (ignore_rim and beside_surface(state, hits, y, x)):
             return True
     return False
 
 
 @njit(cache=True)
-def full_mask(state, mask, ignore_rim):
+def full_mask(state, hits, mask, ignore_rim):
     """Set the mask (ny, nx, zero so far) and return the flat indices of the frontier cells. O(cells)."""
     ny, nx = state.shape
     found = np.empty(state.size, np.int32)
     n = 0
     for iy in range(ny):
         for ix in range(nx):
-            if is_frontier(state, iy, ix, ignore_rim):
+            if is_frontier(state, hits, iy, ix, ignore_rim):
                 mask[iy, ix] = FRONTIER
                 found[n] = iy * nx + ix
                 n += 1
@@ -58,8 +63,8 @@ def full_mask(state, mask, ignore_rim):
 
 
 @njit(cache=True)
-def update_mask(flat_cells, state, mask, ignore_rim):
-    """Mend the mask around cells (n,) whose state changed; returns the flat indices of new frontier cells.
+def update_mask(flat_cells, state, hits, mask, ignore_rim):
+    """Mend the mask around cells (n,) that changed; returns the flat indices of new frontier cells.
 
     A cell depends on its 4-neighbours and on their 8-neighbours. O(25 n).
     """
@@ -70,7 +75,7 @@ def update_mask(flat_cells, state, mask, ignore_rim):
         cy, cx = flat_cells[k] // nx, flat_cells[k] % nx
         for iy in range(max(cy - 2, 0), min(cy + 3, ny)):
             for ix in range(max(cx - 2, 0), min(cx + 3, nx)):
-                now = is_frontier(state, iy, ix, ignore_rim)
+                now = is_frontier(state, hits, iy, ix, ignore_rim)
                 if now and mask[iy, ix] == 0:
                     fresh[n] = iy * nx + ix
                     n += 1

@@ -55,15 +55,16 @@ class FrontierMap:
         """Take in what the last scan changed."""
         if change.grew or self.mask.shape != grid.shape:
             self.rebuild(grid)
-        elif len(change.flat_cells):
+        elif len(change.flat_cells) or len(change.now_solid):
+            changed = np.concatenate((change.flat_cells, change.now_solid))
             ignore_rim = self.config.ignore_rim
-            fresh = self._kernels.update_mask(change.flat_cells, grid.state, self.mask, ignore_rim)
+            fresh = self._kernels.update_mask(changed, grid.state, grid.hits, self.mask, ignore_rim)
             self._listed = np.concatenate((self._listed, fresh))
 
     def rebuild(self, grid: OccupancyGrid) -> None:
         """Start afresh from the grid as it is."""
         self.mask = np.zeros(grid.shape, np.uint8)
-        self._listed = self._kernels.full_mask(grid.state, self.mask, self.config.ignore_rim)
+        self._listed = self._kernels.full_mask(grid.state, grid.hits, self.mask, self.config.ignore_rim)
 
     def clusters(self, grid: OccupancyGrid, least_m: float = 0.0) -> list[Frontier]:
         """The frontier cells grouped by 8-connectivity, none longer than max_extent_m, without specks."""

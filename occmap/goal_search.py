@@ -117,9 +117,10 @@ class GoalSearch:
         self, frontiers: Sequence[Frontier], grid: OccupancyGrid
     ) -> Iterator[tuple[Frontier, int]]:
         """Frontiers that are no specks and not yet given up, each with the number of looks that failed."""
-        config = self.chooser.config
+        config, resolution_m = self.chooser.config, grid.frame.resolution_m
+        least_m = config.least_frontier_m(resolution_m)
         for frontier in frontiers:
-            if frontier.size * grid.frame.resolution_m < config.min_frontier_m:
+            if frontier.size * resolution_m < least_m:
                 continue
             failed = len(self.looks.at(frontier, grid))
             if failed < len(config.look_from_m):
@@ -186,7 +187,7 @@ class GoalSearch:
         every_edge.rebuild(grid)
         found = (
             self.chooser.goal_into_nook(edge, grid, wave, 0.5 * max_range_m)
-            for edge in every_edge.clusters(grid, self.chooser.config.min_nook_m)
+            for edge in every_edge.clusters(grid, self.chooser.config.least_nook_m(grid.frame.resolution_m))
             if not self.looks.at(edge, grid)
         )
         return [goal for goal in found if goal is not None]

@@ -30,6 +30,9 @@ SEEN_SHARE = 0.5
 NOOK_DEPTH_M = 0.35
 """A nook is at least this deep."""
 
+SPECK_M = 0.35
+"""What is longer is no speck, however coarse the cells; the robot is as wide."""
+
 Strategy = Literal["nearest", "utility"]
 
 
@@ -76,6 +79,14 @@ class GoalConfig:
             raise ValueError(
                 f"look_from_m and look_into_m must pair up, got {self.look_from_m} and {self.look_into_m}"
             )
+
+    def least_frontier_m(self, resolution_m: float) -> float:
+        """What is shorter is a speck; so are up to three coarse cells, such as the corners of walls make."""
+        return max(self.min_frontier_m, min(4.0 * resolution_m, SPECK_M))
+
+    def least_nook_m(self, resolution_m: float) -> float:
+        """The same for edges along walls."""
+        return max(self.min_nook_m, min(3.0 * resolution_m, SPECK_M))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -197,7 +208,8 @@ class GoalChooser:
 
     def may_be_nook(self, edge: Frontier, grid: OccupancyGrid) -> bool:
         """Whether an edge along walls is long enough to be the mouth of a slit."""
-        return edge.size * grid.frame.resolution_m >= self.config.min_nook_m
+        r = grid.frame.resolution_m
+        return edge.size * r >= self.config.least_nook_m(r)
 
     def goal_into_nook(
         self, mouth: Frontier, grid: OccupancyGrid, wave: Wavefront, from_m: float

@@ -17,6 +17,9 @@ Cells = NDArray[np.int64]
 BORDER = 1e-9
 """In cells: a point this close below a cell's border counts as on it. Without it, rounding decides in
 which cell the robot's start (0, 0) lies, differently before and after the grid has grown."""
+SOLID_HITS = 4
+"""A cell in which so many beams ended holds a surface, whatever flew through the rest of it since. Beams that
+graze a wall take the belief of the cells that it only enters away again, far more often than they are hit."""
 
 
 class Belief(IntEnum):
@@ -109,6 +112,7 @@ class OccupancyGrid:
 
     `log_odds` and `state` are (ny, nx) arrays `a[iy, ix]`, row 0 at the lowest y. `state` is the
     thresholded belief (see Belief); whoever writes log_odds keeps state in step (Mapper does).
+    `hits` counts the beams that ended in each cell, up to 255.
     The lattice is fixed to the map frame: a cell's centre never moves when the grid grows, only
     the index of the array's first cell, `offset`, does.
     """
@@ -121,6 +125,7 @@ class OccupancyGrid:
         self.offset = (0, 0)  # lattice index (ix, iy) of array cell (0, 0)
         self.log_odds: NDArray[np.float32] = np.empty((0, 0), np.float32)
         self.state: NDArray[np.uint8] = np.empty((0, 0), np.uint8)
+        self.hits: NDArray[np.uint8] = np.empty((0, 0), np.uint8)
         self._set_frame()
 
     def _set_frame(self) -> None:
@@ -172,6 +177,7 @@ class OccupancyGrid:
         offset = (new_low[0], new_low[1])
         self.log_odds = moved(self.log_odds, self.offset, offset, shape, self.prior_log_odds)
         self.state = moved(self.state, self.offset, offset, shape, np.uint8(Belief.UNKNOWN))
+        self.hits = moved(self.hits, self.offset, offset, shape, np.uint8(0))
         self.offset = offset
         self._set_frame()
         return True

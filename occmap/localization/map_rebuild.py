@@ -97,18 +97,21 @@ class MapRebuild:
         """A copy of a grid, in which the box is replaced by what was built anew."""
         whole = copy.copy(live)
         whole.log_odds, whole.state = live.log_odds.copy(), live.state.copy()
+        whole.hits = live.hits.copy()
         r, (ny, nx), (ox, oy) = whole.config.resolution_m, self.grid.shape, self.grid.offset
         if nx:
             whole.grow_to_contain((ox * r, oy * r), ((ox + nx - 0.5) * r, (oy + ny - 0.5) * r))
         rows, columns = self._cells(whole)
         whole.log_odds[rows, columns] = whole.prior_log_odds
         whole.state[rows, columns] = Belief.UNKNOWN
+        whole.hits[rows, columns] = 0
         dx, dy = ox - whole.offset[0], oy - whole.offset[1]
         rows = slice(max(rows.start, dy), max(min(rows.stop, dy + ny), dy))
         columns = slice(max(columns.start, dx), max(min(columns.stop, dx + nx), dx))
         source = slice(rows.start - dy, rows.stop - dy), slice(columns.start - dx, columns.stop - dx)
         whole.log_odds[rows, columns] = self.grid.log_odds[source]
         whole.state[rows, columns] = self.grid.state[source]
+        whole.hits[rows, columns] = self.grid.hits[source]
         return whole
 
     def _cells(self, grid: OccupancyGrid) -> tuple[slice, slice]:

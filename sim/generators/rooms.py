@@ -19,9 +19,9 @@ from sim.walls import boxes_of
 
 CELL_M = 0.4
 """Walls lie on a raster of this pitch."""
-FLOOR_PER_ROOM_M2 = 280.0
+FLOOR_PER_ROOM_M2 = 200.0
 """One room to so much of the building, overlaps and all."""
-SIDE_M = (4.0, 15.0)
+SIDE_M = (4.0, 12.0)
 """The least and the greatest side of a room."""
 CORRIDOR_M = (2.0, 4.0)
 """The least and the greatest width of a corridor."""

@@ -286,3 +286,18 @@ def test_single_precision_scans_are_taken_too():
 def test_a_scan_of_more_beams_than_can_be_counted_is_refused():
     with pytest.raises(ValueError, match="at most 65534 beams, got 70000"):
         Mapper().insert(beams(np.zeros(70_000), np.ones(70_000)), Pose2.identity(), OccupancyGrid())
+
+
+def test_hits_are_counted_where_beams_end():
+    grid, mapper = OccupancyGrid(GridConfig(resolution_m=0.1)), Mapper()
+    scan = beams([0.0, 1e-6, 1.0, 2.0], [1.03, 1.03, math.inf, math.nan], 3.0)
+    changes = [mapper.insert(scan, Pose2.identity(), grid) for _ in range(3)]
+    ix, iy = grid.frame.cell_at(1.03, 0.0)
+    assert grid.hits[iy, ix] == 6
+    assert np.count_nonzero(grid.hits) == 1
+    crossed = [change.now_solid.tolist() for change in changes]
+    assert crossed == [[], [iy * grid.shape[1] + ix], []]
+    before = grid.hits.sum()
+    grid.grow_to_contain((-20.0, -20.0), (0.0, 0.0))
+    assert grid.hits.shape == grid.shape
+    assert grid.hits[grid.frame.cell_at(1.03, 0.0)[::-1]] == before
