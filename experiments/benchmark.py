@@ -16,7 +16,7 @@ import tyro
 
 from experiments.benchmark_figure import Figure
 
-Part = Literal["loop", "recording", "kernels", "planner", "start", "memory"]
+Part = Literal["loop", "recording", "kernels", "planner", "start", "memory", "sweep"]
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,8 @@ class Benchmark:
 
     parts: tuple[Part, ...] = get_args(Part)
     """loop: the whole of it, beside physics and lidar alone. recording: what rerun adds. kernels: a
-    scan's. planner: a way across a map. start: imports and compilation. memory: 60 m x 60 m."""
+    scan's. planner: a way across a map. start: imports and compilation. memory: 60 m x 60 m.
+    sweep: many runs, beside the runs themselves."""
     seed: int = 0
     """Of the office that is explored."""
 
@@ -86,6 +87,13 @@ def memory(seed: int) -> Iterator[Figure]:
     yield from benchmark_process.memory(seed)
 
 
+def sweep(seed: int) -> Iterator[Figure]:
+    """Apartments, one and two at a time."""
+    from experiments import benchmark_sweep
+
+    yield from benchmark_sweep.throughput(seed)
+
+
 def ratio(ours: float, theirs: float | None) -> float | None:
     """None if there is nothing to compare with."""
     return None if theirs is None else ours / theirs
@@ -98,6 +106,7 @@ PARTS: dict[Part, Callable[[int], Iterator[Figure]]] = {
     "planner": planner,
     "start": start,
     "memory": memory,
+    "sweep": sweep,
 }
 
 

@@ -23,7 +23,7 @@ from experiments.sweeping.worst import Badness
 PAGE = "index.html"
 TABLE_TEXT = """Explored is the share of the area that could be seen at all from where the robot fits.
 Honest: the robot's last word agrees with the truth. Point at a column's title for its meaning; the fewest
-metres in each kind of building are bold."""
+metres, of those that always came to the end, are bold."""
 CURVES_TEXT = """The line is the median run, the band holds the middle half of all runs, the dotted upright
 is where the median run ended. On the right what was still unexplored, on a logarithmic scale: the tail is
 where explorers differ."""
@@ -130,9 +130,9 @@ class Lineup:
         links = {}
         for name in ("recording.rrd", "coverage.png", "config.json"):
             if recorded is not None and (recorded / name).exists():
-                links[name] = quote(os.path.relpath(recorded / name, self._out))
+                links[Path(name).stem] = quote(os.path.relpath(recorded / name, self._out))
         if not links and "config" in row:
-            links["config.json"] = quote(self._config_file(row))
+            links["config"] = quote(self._config_file(row))
         return Shown(row, self._naming.series(row), self._badness.why(row), picture, links)
 
     def _config_file(self, row: Row) -> str:

@@ -68,12 +68,12 @@ def _left(axes: Axes, bundle: Bundle, colour: str) -> None:
 
 
 def metres_figure(groups: Sequence[Group]) -> Figure:
-    """Metres of every run, a panel per kind, a line per series, and its quartiles as a box."""
+    """Metres of every run, a panel per kind, in it a strip per series."""
     kinds = {kind: [g for g in groups if g.kind == kind] for kind in dict.fromkeys(g.kind for g in groups)}
     lines = max(len(members) for members in kinds.values())
     columns = min(len(kinds), 3)
     rows = -(-len(kinds) // columns)
-    figure = _figure(11.0, rows * (1.1 + 0.38 * lines))
+    figure = _figure(11.0, 0.4 + rows * (0.9 + 0.3 * lines))
     panels = figure.subplots(rows, columns, squeeze=False)
     colours = _colours([group.series for group in groups])
     rng = np.random.default_rng(0)  # only to lay dots side by side
@@ -81,12 +81,13 @@ def metres_figure(groups: Sequence[Group]) -> Figure:
         for place, group in enumerate(members):
             _strip(axes, group["metres"], place, colours[group.series], rng)
         axes.set(title=kind, xlabel="metres driven", ylim=(len(members) - 0.4, -0.6))
-        axes.set_yticks(range(len(members)), [group.series or "all" for group in members])
+        axes.set_yticks([])
         axes.set_xlim(left=0.0)
         axes.grid(axis="x", alpha=0.25)
-        axes.spines[["top", "right"]].set_visible(False)
+        axes.spines[["top", "right", "left"]].set_visible(False)
     for axes in list(panels.flat)[len(kinds) :]:
         axes.set_visible(False)
+    _legend(figure, colours)
     return figure
 
 
@@ -113,8 +114,11 @@ def png(figure: Figure) -> bytes:
 def _figure(width_in: float, height_in: float) -> Figure:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-    figure = Figure(figsize=(width_in, height_in), dpi=DPI, layout="constrained")
+    figure = Figure(
+        figsize=(width_in, height_in), dpi=DPI, layout=ConstrainedLayoutEngine(wspace=0.05, hspace=0.04)
+    )
     FigureCanvasAgg(figure)
     return figure
 

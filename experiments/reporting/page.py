@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from html import escape
 from importlib import resources
 
+import numpy as np
+
 from experiments.recorders import palette
 from experiments.sweeping.groups import Column, Group, columns_for
 from experiments.sweeping.jobs import CRASHED, Row
@@ -82,10 +84,8 @@ def _table(head: str, lines: str) -> str:
 
 
 def _least_metres(groups: Sequence[Group]) -> Group | None:
-    """The group that drove least, if there is more than one to choose from."""
-    import numpy as np
-
-    driven = [group for group in groups if len(group["metres"])]
+    """The group that drove least of those that always came to the end, if there is any choice."""
+    driven = [group for group in groups if group.runs == group.complete]
     return min(driven, key=lambda group: float(np.median(group["metres"]))) if len(driven) > 1 else None
 
 

@@ -35,11 +35,12 @@ FIGURES: dict[str, Callable[[Row], float | None]] = {
 
 
 class Naming:
-    """Tells runs apart by their strategy and by every other option that is not the same in all of them."""
+    """Tells runs apart by their strategy and by as many other options as that takes."""
 
     def __init__(self) -> None:
-        self._values: dict[str, set[str]] = {}
+        self._met: set[tuple[tuple[str, str], ...]] = set()
         self._plans: set[str] = set()
+        self._varying: tuple[str, ...] | None = None
 
     @staticmethod
     def of(rows: Iterable[Row]) -> Naming:
@@ -51,8 +52,8 @@ class Naming:
 
     def see(self, row: Row) -> None:
         """Take one more run into account."""
-        for option, value in row.get("options", {}).items():
-            self._values.setdefault(option, set()).add(str(value))
+        self._met.add(tuple((name, _short(value)) for name, value in row.get("options", {}).items()))
+        self._varying = None
         if row.get("is_plan") and len(self._plans) <= MOST_PLANS:
             self._plans.add(row["name"])
 
@@ -61,23 +62,32 @@ class Naming:
         is_one_of_many = row.get("is_plan") and len(self._plans) > MOST_PLANS
         return "plans" if is_one_of_many else row.get("name", "?")
 
-    @property
-    def varying(self) -> tuple[str, ...]:
-        """Options of more than one value."""
-        return tuple(option for option, values in self._values.items() if len(values) > 1)
-
     def series(self, row: Row) -> str:
         """What distinguishes this run's group from others in the same kind of building."""
         options: Mapping[str, Any] = row.get("options", {})
         parts = [str(options[STRATEGY])] if STRATEGY in options else []
-        for option in self.varying:
-            if option != STRATEGY and option in options:
-                parts.append(f"{option.rsplit('.', 1)[-1]} {_short(options[option])}")
+        for name in self._needed():
+            if name != STRATEGY and options.get(name) is not None:
+                parts.append(f"{name.rsplit('.', 1)[-1].removesuffix('_scale')} {_short(options[name])}")
         return ", ".join(parts)
+
+    def _needed(self) -> tuple[str, ...]:
+        """Options that tell apart what those before them do not: what follows from others says nothing."""
+        if self._varying is None:
+            met = [dict(options) for options in self._met]
+            needed: list[str] = []
+            for name in dict.fromkeys([STRATEGY, *(name for options in met for name in options)]):
+                told_apart = len({tuple(options.get(n) for n in needed) for options in met})
+                if len({tuple(options.get(n) for n in [*needed, name]) for options in met}) > told_apart:
+                    needed.append(name)
+            self._varying = tuple(needed)
+        return self._varying
 
 
 def _short(value: Any) -> str:
-    return " x ".join(map(_short, value)) if isinstance(value, list) else f"{value}"
+    if isinstance(value, list):
+        return " x ".join(map(_short, value))
+    return f"{value:g}" if isinstance(value, float) else str(value)
 
 
 @dataclass

@@ -180,6 +180,21 @@ def test_the_table_tells_strategies_apart_and_names_failures():
     assert "ratio" not in text
 
 
+def test_groups_are_named_by_what_tells_them_apart_and_no_more():
+    matrix = Matrix(kinds=("maze",), seeds=(0, 1), noise_scales=(0.5, 2.0))
+    rows = [quick(job).row for job in jobs_of(matrix, code="")]
+    for row in rows:  # the drift follows from the noise: it says nothing
+        row["options"]["drift_scale"] = row["options"]["noise_scale"]
+    naming = Naming.of(rows)
+    assert [naming.series(row) for row in rows] == ["nearest, noise 0.5", "nearest, noise 2"]
+
+
+def test_many_plans_are_one_group():
+    plans = [{"name": f"plan {n}", "is_plan": True, "status": "crashed", "error": ""} for n in range(12)]
+    assert [group.kind for group in group(plans, Naming.of(plans))] == ["plans"]
+    assert len(group(plans[:3], Naming.of(plans[:3]))) == 3
+
+
 def test_a_competitive_ratio_has_its_column_where_there_is_one():
     (job,) = jobs_of(Matrix(kinds=("maze",), seeds=(0, 1)), code="")
     rows = [quick(job).row | {"competitive_ratio": 1.234}]
