@@ -118,11 +118,12 @@ class StuckDetector:
         return self._share_same(before.ranges_m, predicted) < 0.5 * self.config.same_share
 
     def _share_same(self, before: np.ndarray, after: np.ndarray) -> float:
-        both = np.isfinite(before) & np.isfinite(after)
-        if both.sum() < 0.2 * len(before):
+        both = np.flatnonzero(np.isfinite(before + after))  # ranges: no inf takes another away
+        if len(both) < 0.2 * len(before):
             return 0.0  # a featureless place says nothing about motion
         before, after = before[both], after[both]
-        return float(np.mean(np.abs(after - before) < self.config.same_range_m + 0.015 * before))
+        is_same = np.abs(after - before) < self.config.same_range_m + 0.015 * before
+        return np.count_nonzero(is_same) / len(both)
 
 
 def _is_a_jump(moved: Pose2, commanded_m: float, commanded_rad: float) -> bool:
