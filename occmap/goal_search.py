@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 from occmap.frontiers import Frontier, FrontierConfig, FrontierMap
-from occmap.goals import Goal, GoalChooser, best_of
+from occmap.goals import SAME_GOAL_M, Goal, GoalChooser, best_of
 from occmap.memory import FailedLooks
+from occmap.tour import Tour
 
 if TYPE_CHECKING:
     from occmap.grid import OccupancyGrid
@@ -25,6 +27,8 @@ FAR_LOOKS = 2
 """A frontier that can only be seen from afar is given up after so many looks."""
 NEAR_M = 5.0
 """No viewpoint is farther from the middle of its frontier: half a frontier's extent and the look."""
+DETOUR = 1.3
+"""By this factor a way may be longer than it looks on a coarse map."""
 
 
 @dataclass(frozen=True)
@@ -42,6 +46,7 @@ class GoalSearch:
     def __init__(self, chooser: GoalChooser, looks: FailedLooks) -> None:
         self.chooser = chooser
         self.looks = looks
+        self._tour = Tour(chooser.config.tour) if chooser.config.strategy == "tour" else None
 
     def run(
         self,
@@ -59,7 +64,8 @@ class GoalSearch:
         without a goal is over a flood of all that can be reached.
         """
         bounds_m = BOUNDS_M[1:] if widely else BOUNDS_M
-        goals, wave = self._widening(frontiers, grid, flood, bounds_m, pursued)
+        look = self._widening if self._tour is None else partial(self._along_tour, self._tour)
+        goals, wave = look(frontiers, grid, flood, bounds_m, pursued)
         if not goals:
             goals = self._from_afar(list(self._worth_a_look(frontiers, grid)), grid, wave, max_range_m)
         if not goals:
@@ -86,6 +92,26 @@ class GoalSearch:
         same = self.chooser.successor(pursued, goals)
         is_much_better = same is None or best.utility >= same.utility + self.chooser.config.hysteresis_m
         return best if is_much_better else same
+
+    def _along_tour(
+        self,
+        tour: Tour,
+        frontiers: Sequence[Frontier],
+        grid: OccupancyGrid,
+        flood: Flood,
+        bounds_m: Sequence[float],
+        pursued: Goal | None,
+    ) -> tuple[list[Goal], Wavefront]:
+        """Goals at the first stop of a tour that has any; what no tour gets to is sought as without one."""
+        wave = flood(bounds_m[0])
+        candidates = list(self._worth_a_look(frontiers, grid))
+        heading = _nearest_to(pursued, candidates)
+        for stop in tour.stops([each for each, _ in candidates], wave.terrain, wave.start_cell, heading):
+            wave = flood(max(bounds_m[0], DETOUR * stop.cost_m + NEAR_M))
+            goals = self._from_near((candidates[k] for k in stop.members), grid, wave)
+            if goals:
+                return goals, wave
+        return self._widening(frontiers, grid, flood, bounds_m, pursued)
 
     def _widening(
         self,
@@ -201,3 +227,12 @@ def _within(
     away_m = [math.dist(start, frontier.centroid_in_map) for frontier in frontiers]
     near = [k for k, distance_m in enumerate(away_m) if distance_m <= reach_m]
     return [frontiers[k] for k in sorted(near, key=away_m.__getitem__)]
+
+
+def _nearest_to(goal: Goal | None, candidates: Sequence[tuple[Frontier, int]]) -> int | None:
+    """The index of the frontier that a goal's has become, if it is still there."""
+    if goal is None or not candidates:
+        return None
+    away_m = [math.dist(goal.frontier.centroid_in_map, each.centroid_in_map) for each, _ in candidates]
+    nearest = min(range(len(away_m)), key=away_m.__getitem__)
+    return nearest if away_m[nearest] < SAME_GOAL_M else None

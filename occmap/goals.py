@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 from occmap.frontiers import Frontier
 from occmap.geometry import Points, Pose2
 from occmap.grid import OccupancyGrid
+from occmap.strategies import Strategy, is_by_cost_alone, worth
+from occmap.tour import TourConfig
 
 if TYPE_CHECKING:
     from occmap.planner import Wavefront
@@ -33,15 +35,14 @@ NOOK_DEPTH_M = 0.35
 SPECK_M = 0.35
 """What is longer is no speck, however coarse the cells; the robot is as wide."""
 
-Strategy = Literal["nearest", "utility"]
-
 
 @dataclass(frozen=True)
 class GoalConfig:
     """How the explorer values what it could look at."""
 
     strategy: Strategy = "nearest"
-    """nearest: the frontier with the shortest way to it. utility: lambda * gain - cost."""
+    """nearest: the frontier with the shortest way to it. utility: lambda * gain - cost. gain_per_cost and
+    gain_decay: gain / cost and gain * exp(-cost / 10 m). tour: the first on the best way through all."""
     lambda_m_per_m2: float = 1.0
     """Metres the robot would drive to see one more square metre (strategy utility)."""
     gain: Literal["raycast", "size"] = "raycast"
@@ -61,10 +62,13 @@ class GoalConfig:
     """When nothing else is left, edges of the unknown along walls get one look if they are this long."""
     hysteresis_m: float = 1.0
     """Another goal must be better by this much before a good one is abandoned for it."""
+    tour: TourConfig = field(default_factory=TourConfig)
 
     def __post_init__(self) -> None:
-        if self.strategy not in ("nearest", "utility"):
-            raise ValueError(f"strategy must be nearest or utility, got {self.strategy!r}")
+        if self.strategy not in get_args(Strategy):
+            raise ValueError(
+                f"unknown strategy {self.strategy!r}: choose from {', '.join(get_args(Strategy))}"
+            )
         if self.gain not in ("raycast", "size"):
             raise ValueError(f"gain must be raycast or size, got {self.gain!r}")
         if not (math.isfinite(self.lambda_m_per_m2) and self.lambda_m_per_m2 >= 0.0):
@@ -125,15 +129,6 @@ class Goal:
         gain = "" if math.isnan(self.gain_m2) else f"gain {self.gain_m2:.2f} m², "
         x, y = self.frontier.centroid_in_map
         return f"frontier at ({x:.1f}, {y:.1f}): {gain}cost {self.cost_m:.1f} m, U = {self.utility:.2f}"
-
-
-def utility(gain_m2: float, cost_m: float, lambda_m_per_m2: float) -> float:
-    """lambda * gain - cost: what a look is worth, less the way there.
-
-    Burgard et al., Coordinated multi-robot exploration, IEEE T-RO 21(3), 2005, weigh the cost instead:
-    dividing by a weight leaves the order as it is.
-    """
-    return lambda_m_per_m2 * gain_m2 - cost_m
 
 
 class GoalChooser:
@@ -200,9 +195,7 @@ class GoalChooser:
             viewpoint_in_map=viewpoint,
             cost_m=cost_m,
             gain_m2=gain_m2,
-            utility=-cost_m
-            if self.config.strategy == "nearest"
-            else utility(gain_m2, cost_m, self.config.lambda_m_per_m2),
+            utility=self._worth(gain_m2, cost_m),
             watched_in_map=grid.frame.map_from_cell(watched),
         )
 
@@ -239,7 +232,7 @@ class GoalChooser:
 
     def _gain_m2(self, frontier: Frontier, grid: OccupancyGrid, ix: int, iy: int) -> float:
         r = grid.frame.resolution_m
-        if self.config.strategy == "nearest":
+        if is_by_cost_alone(self.config.strategy):
             return math.nan
         if self.config.gain == "size":
             return frontier.size * r * 1.0
@@ -248,16 +241,16 @@ class GoalChooser:
 
     def affordable_m(self, best: Goal | None) -> float:
         """What a goal may cost at most to be worth comparing with the best so far."""
-        if best is None or self.config.strategy != "nearest":
+        if best is None or not is_by_cost_alone(self.config.strategy):
             return math.inf
         return best.cost_m + self.config.hysteresis_m
 
     def may_be_beaten_beyond(self, bound_m: float, utility_m: float) -> bool:
         """Whether a goal that costs more than bound_m could be worth more than this."""
-        if self.config.strategy == "nearest":
-            return -bound_m > utility_m
-        most_m2 = math.pi * self.config.gain_range_m**2
-        return utility(most_m2, bound_m, self.config.lambda_m_per_m2) > utility_m
+        return self._worth(math.pi * self.config.gain_range_m**2, bound_m) > utility_m
+
+    def _worth(self, gain_m2: float, cost_m: float) -> float:
+        return worth(self.config.strategy, gain_m2, cost_m, self.config.lambda_m_per_m2)
 
     def is_gone(self, goal: Goal, grid: OccupancyGrid, frontier_mask: np.ndarray) -> bool:
         """True once next to nothing of the goal's frontier is left within 0.3 m of where it was."""

@@ -55,6 +55,9 @@ class FailedLooks:
 
     def at(self, frontier: Frontier, grid: OccupancyGrid) -> list[FailedLook]:
         """The looks that failed here and still count, oldest first."""
+        reach_m = SAME_PLACE_M + frontier.size * grid.frame.resolution_m
+        if not any(math.dist(look.in_map, frontier.centroid_in_map) < reach_m for look in self._looks):
+            return []
         place = _middle(grid.frame.map_from_cell(frontier.cells))
         near = [look for look in self._looks if math.dist(look.in_map, place) < SAME_PLACE_M]
         return [

@@ -53,6 +53,13 @@ class Terrain:
     def shape(self) -> tuple[int, int]:
         return self.state.shape
 
+    @property
+    def metres_per_cost(self) -> float:
+        """What one unit of a search's integer cost is."""
+        from occmap.planner_kernels import STRAIGHT
+
+        return self.frame.resolution_m / STRAIGHT
+
     def flat(self, cell: tuple[int, int]) -> int:
         """The index of a cell in the arrays laid flat."""
         ix, iy = cell

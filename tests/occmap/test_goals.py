@@ -10,8 +10,9 @@ import pytest
 from occmap import goals_kernels as kernels
 from occmap.frontiers import Frontier
 from occmap.geometry import Pose2
-from occmap.goals import GoalChooser, GoalConfig, best_of, utility
+from occmap.goals import GoalChooser, GoalConfig, best_of
 from occmap.grid import Belief
+from occmap.strategies import utility
 from tests.occmap.goal_scenes import Scene, goal_at
 
 LESSON = {"A": (8, 5), "B": (20, 12), "C": (30, 28)}  # gain and cost
