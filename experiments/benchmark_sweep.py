@@ -8,13 +8,13 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from experiments.benchmark_figure import Figure
-from experiments.sweeping.jobs import jobs_of
+from experiments.sweeping.jobs import CRASHED, jobs_of
 from experiments.sweeping.matrix import Matrix
 from experiments.sweeping.pool import explore, results
 from experiments.sweeping.runner import open_lanes
 from experiments.sweeping.store import Store
 
-RUNS = 12
+RUNS = 20
 
 
 def throughput(seed: int) -> Iterator[Figure]:
@@ -35,6 +35,8 @@ def _swept(seed: int, workers: int) -> tuple[float, float]:
     with tempfile.TemporaryDirectory() as place, open_lanes(workers, None) as lanes:
         store = Store.create(Path(place))
         for result in results(jobs_of(matrix), lanes, explore):
+            if result.row["status"] == CRASHED:
+                raise RuntimeError(result.row["error"])
             store.write(result)
             ends_s.append(time.perf_counter())
             runs_s.append(result.row["run_s"])
