@@ -13,6 +13,8 @@ from occmap.grid import SOLID_HITS
 UNKNOWN, FREE, OCCUPIED = np.uint8(0), np.uint8(1), np.uint8(2)
 FRONTIER = np.uint8(1)
 """A frontier cell in the mask. While cells are clustered, the mask also holds the marks below."""
+NONE, ONE, TWO = np.int64(0), np.int64(1), np.int64(2)
+"""Typed: literals would have `flood` compiled once more for each."""
 FLOODED, ECHOED, ONE_HALF, OTHER_HALF, DONE = np.uint8(2), np.uint8(3), np.uint8(4), np.uint8(5), np.uint8(6)
 
 
@@ -64,23 +66,24 @@ def full_mask(state, hits, mask, ignore_rim):
 
 @njit(cache=True)
 def update_mask(flat_cells, state, hits, mask, ignore_rim):
-    """Mend the mask around cells (n,) that changed; returns the flat indices of new frontier cells.
+    """Mend the mask around cells (n,) that changed; returns the flat indices of cells that became frontier
+    cells or ceased to be.
 
     A cell depends on its 4-neighbours and on their 8-neighbours. O(25 n).
     """
     ny, nx = state.shape
-    fresh = np.empty(25 * flat_cells.shape[0], np.int32)
+    stirred = np.empty(25 * flat_cells.shape[0], np.int32)
     n = 0
     for k in range(flat_cells.shape[0]):
         cy, cx = flat_cells[k] // nx, flat_cells[k] % nx
         for iy in range(max(cy - 2, 0), min(cy + 3, ny)):
             for ix in range(max(cx - 2, 0), min(cx + 3, nx)):
-                now = is_frontier(state, hits, iy, ix, ignore_rim)
-                if now and mask[iy, ix] == 0:
-                    fresh[n] = iy * nx + ix
+                now = np.uint8(is_frontier(state, hits, iy, ix, ignore_rim))
+                if now != mask[iy, ix]:
+                    stirred[n] = iy * nx + ix
                     n += 1
-                mask[iy, ix] = now
-    return fresh[:n].copy()
+                    mask[iy, ix] = now
+    return stirred[:n].copy()
 
 
 @njit(cache=True)
@@ -101,6 +104,31 @@ def flood(mask, first, last, queue, old, new):
                     mask[iy, ix] = mark
                     queue[last] = iy * nx + ix
                     last += 1
+    return last
+
+
+@njit(cache=True)
+def loosen(mask, grouped, stirred, room):
+    """Undo the groups that cells (n,) touch which became frontier or ceased to be; all others still hold.
+
+    grouped (ny, nx) is 1 in cells that are in a group. Returns how many flat indices are in room: the
+    frontier cells, some perhaps twice, that are in none now, and cells that were frontier. O(cells loosened).
+    """
+    ny, nx = mask.shape
+    last = 0
+    for cell in stirred:
+        cy, cx = cell // nx, cell % nx
+        if mask[cy, cx]:
+            room[last] = cell
+            last += 1
+        first = last
+        for iy in range(max(cy - 1, 0), min(cy + 2, ny)):
+            for ix in range(max(cx - 1, 0), min(cx + 2, nx)):
+                if grouped[iy, ix]:
+                    grouped[iy, ix] = 0
+                    room[last] = iy * nx + ix
+                    last += 1
+        last = flood(grouped, first, last, room, FRONTIER, np.uint8(0))
     return last
 
 
@@ -131,13 +159,13 @@ def halve(mask, cells, room):
     n, flat = cells.shape[0], mask.reshape(-1)
     room[0] = cells[0]
     flat[room[0]] = ECHOED
-    end = room[flood(mask, 0, 1, room, FLOODED, ECHOED) - 1]
+    end = room[flood(mask, NONE, ONE, room, FLOODED, ECHOED) - 1]
     room[0] = end
     flat[end] = FLOODED
-    other_end = room[flood(mask, 0, 1, room, ECHOED, FLOODED) - 1]
+    other_end = room[flood(mask, NONE, ONE, room, ECHOED, FLOODED) - 1]
     room[0], room[1] = end, other_end
     flat[end], flat[other_end] = ONE_HALF, OTHER_HALF
-    flood(mask, 0, 2, room, FLOODED, np.uint8(0))
+    flood(mask, NONE, TWO, room, FLOODED, np.uint8(0))
     low, high = 0, n
     for k in range(n):
         if flat[room[k]] == ONE_HALF:

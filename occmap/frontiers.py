@@ -38,7 +38,7 @@ class FrontierConfig:
 
 
 class FrontierMap:
-    """The frontier cells of a grid, updated only around cells whose state changed.
+    """The frontier cells of a grid and their groups, updated only around cells whose state changed.
 
     `mask` (ny, nx) uint8 is aligned with the grid's arrays: 1 in frontier cells.
     """
@@ -49,7 +49,10 @@ class FrontierMap:
         self.config = config or FrontierConfig()
         self.mask: NDArray[np.uint8] = np.empty((0, 0), np.uint8)
         self._kernels = frontier_kernels
-        self._listed: NDArray[np.int32] = np.empty(0, np.int32)  # flat; all frontier cells and some that were
+        self._stirred: list[NDArray[np.int32]] = []  # flat cells that became frontier or ceased to be
+        self._grouped: NDArray[np.uint8] = np.empty((0, 0), np.uint8)  # 1 in the cells of the groups
+        self._groups: list[Frontier] = []
+        self._firsts: NDArray[np.int64] = np.empty(0, np.int64)  # a flat cell of each group
 
     def update(self, grid: OccupancyGrid, change: GridChange) -> None:
         """Take in what the last scan changed."""
@@ -58,24 +61,45 @@ class FrontierMap:
         elif len(change.flat_cells) or len(change.now_solid):
             changed = np.concatenate((change.flat_cells, change.now_solid))
             ignore_rim = self.config.ignore_rim
-            fresh = self._kernels.update_mask(changed, grid.state, grid.hits, self.mask, ignore_rim)
-            self._listed = np.concatenate((self._listed, fresh))
+            self._stirred.append(
+                self._kernels.update_mask(changed, grid.state, grid.hits, self.mask, ignore_rim)
+            )
 
     def rebuild(self, grid: OccupancyGrid) -> None:
         """Start afresh from the grid as it is."""
-        self.mask = np.zeros(grid.shape, np.uint8)
-        self._listed = self._kernels.full_mask(grid.state, grid.hits, self.mask, self.config.ignore_rim)
+        self.mask, self._grouped = np.zeros(grid.shape, np.uint8), np.zeros(grid.shape, np.uint8)
+        ignore_rim = self.config.ignore_rim
+        self._stirred = [self._kernels.full_mask(grid.state, grid.hits, self.mask, ignore_rim)]
+        self._groups, self._firsts = [], np.empty(0, np.int64)
 
     def clusters(self, grid: OccupancyGrid, least_m: float = 0.0) -> list[Frontier]:
-        """The frontier cells grouped by 8-connectivity, none longer than max_extent_m, without specks."""
+        """The frontier cells in 8-connected groups, none longer than max_extent_m nor shorter than least_m.
+
+        Groups that nothing has touched since the last call are those of then.
+        """
+        if self._stirred:
+            listed = self._loosen(np.concatenate(self._stirred))
+            self._stirred = []
+            self._group(listed, grid)
         least = least_m / grid.config.resolution_m
+        return [group for group in self._groups if group.size >= least]
+
+    def _loosen(self, stirred: NDArray[np.int32]) -> NDArray[np.int32]:
+        """Drop the groups that something has touched; the cells to be grouped anew, and some others."""
+        room = np.empty(len(stirred) + sum(group.size for group in self._groups), np.int32)
+        n = self._kernels.loosen(self.mask, self._grouped, stirred, room)
+        still = np.flatnonzero(self._grouped.ravel()[self._firsts])
+        self._groups, self._firsts = [self._groups[k] for k in still], self._firsts[still]
+        return room[:n]
+
+    def _group(self, listed: NDArray[np.int32], grid: OccupancyGrid) -> None:
+        """Group listed cells, those that are frontier."""
         most = min(self.config.max_extent_m / grid.config.resolution_m, 1e9)
-        cells, ends, centroids = self._kernels.cluster(self.mask, self._listed, math.ceil(most))
-        self._listed = (cells[:, 1] * self.mask.shape[1] + cells[:, 0]).astype(np.int32)
-        places = grid.frame.map_from_cell(centroids).tolist()
-        found, start = [], 0
-        for end, (x_m, y_m) in zip(ends.tolist(), places, strict=True):
-            if end - start >= least:
-                found.append(Frontier(cells[start:end], (x_m, y_m), end - start))
+        cells, ends, centroids = self._kernels.cluster(self.mask, listed, math.ceil(most))
+        self._grouped[cells[:, 1], cells[:, 0]] = 1
+        start = 0
+        for end, (x_m, y_m) in zip(ends.tolist(), grid.frame.map_from_cell(centroids).tolist(), strict=True):
+            self._groups.append(Frontier(cells[start:end], (x_m, y_m), end - start))
             start = end
-        return found
+        firsts = cells[np.concatenate(((0,), ends))[:-1]]
+        self._firsts = np.concatenate((self._firsts, firsts[:, 1] * self.mask.shape[1] + firsts[:, 0]))

@@ -179,3 +179,22 @@ def test_long_frontiers_are_cut_into_connected_pieces_none_too_long():
         piece = np.zeros(state.shape)
         piece[frontier.cells[:, 1], frontier.cells[:, 0]] = 1
         assert ndimage.label(piece, np.ones((3, 3)))[1] == 1
+
+
+def test_groups_that_nothing_touched_are_kept_and_all_cells_stay_grouped_once():
+    rng = np.random.default_rng(4)
+    grid = grid_of(rng.choice(3, (80, 120), p=[0.1, 0.85, 0.05]).astype(np.uint8))
+    frontiers = mapped(grid, FrontierConfig(max_extent_m=0.5))
+    found = frontiers.clusters(grid)
+    for _ in range(10):
+        x, y = rng.integers(0, 110), rng.integers(0, 70)
+        flat = ((y + np.arange(8))[:, None] * 120 + x + np.arange(8)).ravel().astype(np.int32)
+        was = grid.state.ravel()[flat]
+        grid.state.ravel()[flat] = rng.choice(3, 64, p=[0.2, 0.75, 0.05])
+        frontiers.update(grid, GridChange(False, flat, was, grid.state))
+        before, found = found, frontiers.clusters(grid)
+        assert len({id(frontier) for frontier in before} & {id(frontier) for frontier in found}) > 20
+        gathered = np.concatenate([frontier.cells for frontier in found])
+        assert len(gathered) == len({tuple(cell) for cell in gathered.tolist()}) == int(frontiers.mask.sum())
+        assert all(frontiers.mask[frontier.cells[:, 1], frontier.cells[:, 0]].all() for frontier in found)
+        assert all(np.ptp(frontier.cells, axis=0).max() < 10 for frontier in found)
