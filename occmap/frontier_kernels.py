@@ -13,6 +13,8 @@ from occmap.grid import SOLID_HITS
 UNKNOWN, FREE, OCCUPIED = np.uint8(0), np.uint8(1), np.uint8(2)
 FRONTIER = np.uint8(1)
 """A frontier cell in the mask. While cells are clustered, the mask also holds the marks below."""
+NOTED = np.uint8(128)
+"""Added to the mask of a cell that is about to be looked at."""
 NONE, ONE, TWO = np.int64(0), np.int64(1), np.int64(2)
 """Typed: literals would have `flood` compiled once more for each."""
 FLOODED, ECHOED, ONE_HALF, OTHER_HALF, DONE = np.uint8(2), np.uint8(3), np.uint8(4), np.uint8(5), np.uint8(6)
@@ -69,20 +71,27 @@ def update_mask(flat_cells, state, hits, mask, ignore_rim):
     """Mend the mask around cells (n,) that changed; returns the flat indices of cells that became frontier
     cells or ceased to be.
 
-    A cell depends on its 4-neighbours and on their 8-neighbours. O(25 n).
+    A cell depends on its 4-neighbours and on their 8-neighbours: what is within two cells of a change is
+    looked at once. O(25 n).
     """
     ny, nx = state.shape
     stirred = np.empty(25 * flat_cells.shape[0], np.int32)
-    n = 0
+    n_around, n = 0, 0
     for k in range(flat_cells.shape[0]):
         cy, cx = flat_cells[k] // nx, flat_cells[k] % nx
         for iy in range(max(cy - 2, 0), min(cy + 3, ny)):
             for ix in range(max(cx - 2, 0), min(cx + 3, nx)):
-                now = np.uint8(is_frontier(state, hits, iy, ix, ignore_rim))
-                if now != mask[iy, ix]:
-                    stirred[n] = iy * nx + ix
-                    n += 1
-                    mask[iy, ix] = now
+                if mask[iy, ix] < NOTED:
+                    mask[iy, ix] += NOTED
+                    stirred[n_around] = iy * nx + ix
+                    n_around += 1
+    for k in range(n_around):
+        iy, ix = stirred[k] // nx, stirred[k] % nx
+        was, now = mask[iy, ix] - NOTED, np.uint8(is_frontier(state, hits, iy, ix, ignore_rim))
+        mask[iy, ix] = now
+        if now != was:
+            stirred[n] = stirred[k]
+            n += 1
     return stirred[:n].copy()
 
 

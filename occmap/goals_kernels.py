@@ -122,21 +122,24 @@ def find_viewpoint(state, cost, exact_below, targets, needed, reach_cells, strid
     y_low, y_high = max(0, y_low - reach_cells), min(ny, y_high + reach_cells + 1)
     reach_squared = reach_cells * reach_cells
     best, best_x, best_y = exact_below, -1, -1
-    for y in range(y_low, y_high, stride):
-        for x in range(x_low, x_high, stride):
-            if not cost[y, x] < best:
-                continue
-            seen = 0
-            for k in range(n):
-                if seen + n - k < needed:
-                    break
-                tx, ty, depth = targets[k, 0], targets[k, 1], targets[k, 2]
-                near = (tx - x) ** 2 + (ty - y) ** 2 <= reach_squared
-                if near and sees(state, x, y, tx, ty, depth + depth // 4 + 1):
-                    seen += 1
-                    if seen >= needed:
-                        best, best_x, best_y = cost[y, x], x, y
+    for pace in (4 * stride, stride):  # what a coarse look finds spares the fine one most candidates
+        if best_x >= 0:
+            best += 1  # the first of equals is wanted
+        for y in range(y_low, y_high, pace):
+            for x in range(x_low, x_high, pace):
+                if not cost[y, x] < best:
+                    continue
+                seen = 0
+                for k in range(n):
+                    if seen + n - k < needed:
                         break
+                    tx, ty, depth = targets[k, 0], targets[k, 1], targets[k, 2]
+                    near = (tx - x) ** 2 + (ty - y) ** 2 <= reach_squared
+                    if near and sees(state, x, y, tx, ty, depth + depth // 4 + 1):
+                        seen += 1
+                        if seen >= needed:
+                            best, best_x, best_y = cost[y, x], x, y
+                            break
     return best_x, best_y
 
 
