@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from experiments.sweeping.jobs import Row
-from experiments.sweeping.store import RESULTS, RUNS, Store, read_lines
+from experiments.sweeping.store import ASKED, RESULTS, Store, read_lines
 
 
 class Runs:
@@ -19,7 +19,7 @@ class Runs:
     def __init__(self, folders: Sequence[Path]) -> None:
         """folders: as sweeps leave them, or single results.jsonl files. ValueError if one is neither."""
         for folder in folders:
-            if not (folder.is_file() or (folder / RESULTS).is_file() or (folder / RUNS).is_dir()):
+            if not (folder.is_file() or (folder / RESULTS).is_file() or (folder / ASKED).is_file()):
                 raise ValueError(f"{folder} is no folder of a sweep: it has no {RESULTS}")
         self.folders = tuple(folders)
         self.labels = labels(folders)

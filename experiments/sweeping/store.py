@@ -2,6 +2,7 @@
 
 runs/3f/3fa2....json     a run's result           runs/3f/3fa2....png   its map, small
 runs/3f/3fa2....failed   of one that crashed: it is run again by the next sweep
+runs/3f/3fa2....more     what others found out about the run later
 results.jsonl            the results of the last sweep, a line each, in the order of its matrix
 table.csv, table.txt     the same as columns; by kind and strategy
 sweep.json               what was asked for, and which code answered
@@ -57,10 +58,14 @@ class Store:
         """The result of a run, also of one that crashed; None if it has not been run."""
         for suffix in (".json", ".failed"):
             try:
-                return json.loads(self._file(key, suffix).read_text())
+                return json.loads(self._file(key, suffix).read_text()) | self._more(key)
             except FileNotFoundError:
                 continue
         return None
+
+    def add(self, key: str, fields: Row) -> None:
+        """Add to a run's result what was found out about it later, such as how long its way had to be."""
+        write_aside(self._file(key, ".more"), json.dumps(self._more(key) | fields, allow_nan=False).encode())
 
     def write(self, result: Result) -> None:
         """Keep a result. A crash does not replace a success, a success replaces a crash."""
@@ -81,12 +86,15 @@ class Store:
     def rows(self) -> Iterator[Row]:
         """The results of the last sweep; while that is still running, all that are there."""
         if (self.folder / RESULTS).exists():
-            yield from read_lines(self.folder / RESULTS)
+            for row in read_lines(self.folder / RESULTS):
+                yield row | self._more(row["key"])
             return
-        for file in sorted((self.folder / RUNS).glob("??/*.json")):
-            yield json.loads(file.read_text())
-        for file in sorted((self.folder / RUNS).glob("??/*.failed")):
-            yield json.loads(file.read_text())
+        code = json.loads((self.folder / ASKED).read_text())["code"]
+        for shelf in sorted((self.folder / RUNS).iterdir()):
+            for key in sorted({file.stem for file in shelf.iterdir() if file.suffix in (".json", ".failed")}):
+                row = self.read(key)
+                if row is not None and row["code"] == code:
+                    yield row
 
     def ask(self, asked: dict[str, Any]) -> None:
         """Begin a sweep: note what is asked for. What was gathered from the last one no longer holds."""
@@ -94,19 +102,11 @@ class Store:
         for name in (RESULTS, TABLE, SHEET):
             (self.folder / name).unlink(missing_ok=True)
 
-    def gather(self, keys: Iterable[str]) -> int:
-        """Write results.jsonl from the runs that are done, and return how many these are."""
-        found = 0
-
-        def lines() -> Iterator[str]:
-            nonlocal found
-            for key in keys:
-                if (row := self.read(key)) is not None:
-                    found += 1
-                    yield json.dumps(row | self._recording(row), allow_nan=False)
-
-        write_lines(self.folder / RESULTS, lines())
-        return found
+    def gather(self, keys: Iterable[str]) -> None:
+        """Write results.jsonl: of these runs those that are done."""
+        rows = (row for row in map(self.read, keys) if row is not None)
+        lines = (json.dumps(row | self._recording(row), allow_nan=False) for row in rows)
+        write_lines(self.folder / RESULTS, lines)
 
     def recording_folder(self, row: Row) -> Path:
         """Where the recording of a run goes."""
@@ -117,6 +117,13 @@ class Store:
         folder = self.recording_folder(row)
         kept = (folder / "recording.rrd").exists()
         return {"recording": str(folder.relative_to(self.folder))} if kept else {}
+
+    def _more(self, key: str) -> Row:
+        """What was added to a result later."""
+        try:
+            return json.loads(self._file(key, ".more").read_text())
+        except FileNotFoundError:
+            return {}
 
     def _file(self, key: str, suffix: str) -> Path:
         return self.folder / RUNS / key[:2] / f"{key}{suffix}"

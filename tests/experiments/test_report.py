@@ -107,7 +107,7 @@ def test_several_sweeps_are_told_apart(swept, tmp_path, capsys):
 def test_what_holds_no_runs_is_a_mistake(tmp_path, capsys):
     assert main([str(tmp_path / "nowhere")]) == 2
     assert "nowhere" in capsys.readouterr().err
-    (tmp_path / "runs").mkdir()
+    sweep(Sweep(out=tmp_path), stop=lambda: True)
     assert main([str(tmp_path)]) == 2
     assert "no run" in capsys.readouterr().err
 

@@ -18,7 +18,7 @@ from experiments.summary import MEASURED
 from experiments.sweep import Sweep, main, sweep
 from experiments.sweeping import table
 from experiments.sweeping.groups import Naming, group
-from experiments.sweeping.jobs import jobs_of
+from experiments.sweeping.jobs import crashed, jobs_of
 from experiments.sweeping.matrix import Matrix
 from experiments.sweeping.store import RESULTS, Store
 from sim.generators import BuildingConfig
@@ -82,6 +82,28 @@ def test_what_crashed_is_tried_again_by_the_next_sweep(tmp_path):
     assert json.loads((tmp_path / RESULTS).read_text()) == row
     (row,) = rows_of(sweep(asked(tmp_path, (0, 1), nowhere), work=quick))
     assert row["status"] == "complete"
+
+
+def test_results_can_be_read_while_the_sweep_runs(tmp_path):
+    store = Store.create(tmp_path)
+    (job, other) = jobs_of(asked(tmp_path).axes, code="new")
+    (old, _) = jobs_of(asked(tmp_path).axes, code="old")
+    store.ask({"code": "new"})
+    for done in (quick(job), quick(old), crashed(other, "oops")):
+        store.write(done)
+    assert sorted(row["status"] for row in rows_of(store)) == ["complete", "crashed"]
+
+
+def test_what_is_found_out_later_is_added_to_the_results(tmp_path):
+    store = sweep(asked(tmp_path), work=quick)
+    key = rows_of(store)[0]["key"]
+    store.add(key, {"competitive_ratio": 1.2})
+    store.add(key, {"oracle_m": 50.0})
+    found = [(row.get("competitive_ratio"), row.get("oracle_m")) for row in rows_of(store)]
+    assert found == [(1.2, 50.0), (None, None)]
+    sweep(asked(tmp_path), work=quick)
+    assert "competitive_ratio" in (tmp_path / "table.csv").read_text()
+    assert "ratio" in (tmp_path / "table.txt").read_text()
 
 
 def test_shards_share_the_work_and_the_folder(tmp_path):
