@@ -14,9 +14,9 @@ from typing import Literal, get_args
 
 import tyro
 
-from experiments.benchmark_figure import Figure
+from experiments.benchmark_figure import Figure, compared, ratio
 
-Part = Literal["loop", "recording", "kernels", "planner", "start", "memory", "sweep"]
+Part = Literal["loop", "recording", "kernels", "matching", "planner", "start", "memory", "sweep"]
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class Benchmark:
 
     parts: tuple[Part, ...] = get_args(Part)
     """loop: the whole of it, beside physics and lidar alone. recording: what rerun adds. kernels: a
-    scan's. planner: a way across a map. start: imports and compilation. memory: 60 m x 60 m.
+    scan's. matching: slam's. planner: a way across a map. start: imports, compilation. memory: 60 m x 60 m.
     sweep: many runs, beside the runs themselves."""
     seed: int = 0
     """Of the office that is explored."""
@@ -46,18 +46,17 @@ def recording(seed: int) -> Iterator[Figure]:
 
 
 def kernels(seed: int) -> Iterator[Figure]:
-    """What each scan of the same office costs the map, beside a C twin."""
-    from experiments.benchmark_kernels import benchmark_kernels
-    from experiments.config import ExperimentConfig
-    from experiments.experiment import prepare
+    """What each scan of the same office costs the map."""
+    from experiments.benchmark_layers import layers
 
-    times = benchmark_kernels(prepare(ExperimentConfig(seed=seed)))
-    yield Figure("scan integration", times.integration_us, "us a scan")
-    yield Figure("the same loop in C -O3", times.c_twin_us, "us a scan", "about 70")
-    yield Figure("integration / C", times.integration_over_c, "", "1.3")
-    yield Figure("insert, from ranges and pose on", times.insert_us, "us a scan")
-    yield Figure("clearance", times.clearance_us, "us a scan", "300")
-    yield Figure("frontiers", times.frontiers_us + times.clusters_us, "us a scan", "250")
+    yield from layers(seed)
+
+
+def matching(seed: int) -> Iterator[Figure]:
+    """What finding a scan in the map costs."""
+    from experiments import benchmark_matching
+
+    yield from benchmark_matching.matching(seed)
 
 
 def planner(seed: int) -> Iterator[Figure]:
@@ -67,10 +66,10 @@ def planner(seed: int) -> Iterator[Figure]:
     speed = benchmark_planner(seed=seed)
     yield Figure("A* corner to corner, 800 x 800", speed.a_star_ms, "ms")
     yield Figure("A* / C", ratio(speed.a_star_ms, speed.a_star_in_c_ms), "", "1.35")
+    yield from compared(speed.a_star_ms, speed.rivals_ms)
     yield Figure("cost to everywhere", speed.flood_ms, "ms")
     yield Figure("cost to everywhere / C", ratio(speed.flood_ms, speed.flood_in_c_ms), "", "1.3")
-    yield Figure("scipy's Dijkstra, graph included", speed.csgraph_ms, "ms")
-    yield Figure("pyastar2d", speed.pyastar2d_ms, "ms")
+    yield from compared(speed.flood_ms, {"scipy's Dijkstra, graph included": speed.csgraph_ms})
 
 
 def start(seed: int) -> Iterator[Figure]:
@@ -94,15 +93,11 @@ def sweep(seed: int) -> Iterator[Figure]:
     yield from benchmark_sweep.throughput(seed)
 
 
-def ratio(ours: float, theirs: float | None) -> float | None:
-    """None if there is nothing to compare with."""
-    return None if theirs is None else ours / theirs
-
-
 PARTS: dict[Part, Callable[[int], Iterator[Figure]]] = {
     "loop": loop,
     "recording": recording,
     "kernels": kernels,
+    "matching": matching,
     "planner": planner,
     "start": start,
     "memory": memory,
@@ -113,7 +108,7 @@ PARTS: dict[Part, Callable[[int], Iterator[Figure]]] = {
 def main() -> None:
     """Print a table, line by line as it is measured."""
     job = tyro.cli(Benchmark, prog="python -m experiments.benchmark")
-    print(f"{'':<48}{'measured':>10}  {'':<24}aim")
+    print(f"{'':<48}{'measured':>14}  {'':<24}aim")
     for part in job.parts:
         for figure in PARTS[part](job.seed):
             print(figure, flush=True)

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import ctypes
-import importlib
 import shutil
 import subprocess
 import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.benchmark_rivals import milliseconds, path_rivals
 from occmap.grid import GridConfig, OccupancyGrid
 from occmap.planner import Planner
 from occmap.search import SearchMemory, SearchRequest
@@ -37,8 +36,8 @@ class PlannerSpeed:
     a_star_in_c_ms: float | None
     csgraph_ms: float
     """scipy's Dijkstra to all cells, the graph's building included."""
-    pyastar2d_ms: float | None
-    """None where it is not installed. Its diagonal steps cost as much as straight ones: another path."""
+    rivals_ms: dict[str, float | None]
+    """What others take for the way of a_star_ms."""
     path_ms: float
     """From the flood's links to a straightened path, corner to corner."""
     is_blocked_us: float
@@ -63,14 +62,9 @@ def benchmark_planner(size_cells: int = 800, seed: int = 0, repeats: int = 7) ->
     if twin is not None:
         jobs["flood_in_c"] = twin_search(twin, terrain, terrain.flat(start), -1, flood)
         jobs["a_star_in_c"] = twin_search(twin, terrain, terrain.flat(start), terrain.flat(goal), a_star)
-    if find_spec("pyastar2d"):
-        weights = np.where(prices_of(terrain) > 0, prices_of(terrain) / 1024.0, np.inf).astype(np.float32)
-        pyastar2d = importlib.import_module("pyastar2d")
-        jobs["pyastar2d"] = lambda: pyastar2d.astar_path(
-            weights, start[::-1], goal[::-1], allow_diagonal=True
-        )
     spent = in_turns(jobs, repeats)
 
+    weights = np.where(prices_of(terrain) > 0, prices_of(terrain) / 1024.0, np.inf).astype(np.float32)
     wave = planner.flood(grid, clearance_m, start)
     path = wave.path_to(goal)
     if path is None:
@@ -89,7 +83,7 @@ def benchmark_planner(size_cells: int = 800, seed: int = 0, repeats: int = 7) ->
         flood_in_c_ms=spent.get("flood_in_c"),
         a_star_in_c_ms=spent.get("a_star_in_c"),
         csgraph_ms=spent["csgraph"],
-        pyastar2d_ms=spent.get("pyastar2d"),
+        rivals_ms=milliseconds(path_rivals(weights, start, goal), 1),
         path_ms=rest["path"],
         is_blocked_us=1e3 * rest["is_blocked"],
     )

@@ -1,0 +1,91 @@
+"""How long a scan takes to be found in the map, beside the same search by brute force in NumPy."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections import deque
+from collections.abc import Iterator
+
+import numpy as np
+
+from experiments.benchmark_figure import Figure
+from experiments.config import ExperimentConfig
+from experiments.episode import episode
+from experiments.experiment import prepare
+from occmap.geometry import Points, Pose2
+from occmap.localization import SlamLocalizer
+from occmap.localization.matcher import Match, Matcher, Search
+from occmap.localization.motion import Prediction
+from occmap.localization.submap import Submap
+from occmap.localization.surfel_map import Cloud
+
+EVERY = 10
+"""The twin searches so seldom: it takes its time."""
+
+
+class TimedMatcher(Matcher):
+    """Notes the CPU seconds of its matches, of the searches in them, and of a twin's."""
+
+    def __init__(self, matcher: Matcher) -> None:
+        super().__init__(matcher.config)
+        self.match_s: list[float] = []
+        self.search_s: list[float] = []
+        self.twin_s: list[float] = []
+
+    def match(self, cloud: Cloud, submap: Submap, guess: Pose2, prediction: Prediction) -> Match:
+        twins, begun = len(self.twin_s), time.thread_time()
+        match = super().match(cloud, submap, guess, prediction)
+        spent_s = time.thread_time() - begun
+        self.match_s.append(spent_s if len(self.twin_s) == twins else math.nan)  # not with the twin in it
+        return match
+
+    def search(self, points: Points, submap: Submap, where: Search) -> tuple[Pose2, float]:
+        begun = time.thread_time()
+        found = super().search(points, submap, where)
+        self.search_s.append(time.thread_time() - begun)
+        if len(self.search_s) % EVERY == 0:
+            begun = time.thread_time()
+            search_by_arrays(points, submap, where)
+            self.twin_s.append(time.thread_time() - begun)
+        return found
+
+
+def matching(seed: int) -> Iterator[Figure]:
+    """Two minutes of the default office with --pose slam."""
+    experiment = prepare(ExperimentConfig(seed=seed, pose="slam"))
+    localizer = experiment.explorer.localizer
+    assert isinstance(localizer, SlamLocalizer)
+    localizer.tracker.matcher = matcher = TimedMatcher(localizer.tracker.matcher)
+    deque(episode(experiment.robot, experiment.explorer, limit_s=120.0), maxlen=1)
+    warm = slice(len(matcher.match_s) // 10, None)  # the first matches compile
+    search_s = float(np.median(matcher.search_s[warm]))
+    yield Figure(
+        "scan matching: search and refinement", 1e3 * float(np.nanmedian(matcher.match_s[warm])), "ms", "0.3"
+    )
+    yield Figure("  the search alone", 1e3 * search_s, "ms")
+    yield Figure(
+        "  its window by brute force in NumPy", float(np.median(matcher.twin_s)) / search_s, "x ours"
+    )
+
+
+def search_by_arrays(points: Points, submap: Submap, where: Search) -> tuple[Pose2, float]:
+    """The NumPy twin of Matcher.search, all of the window, without its preference for the guess."""
+    raster = submap.raster
+    ny, nx = (int(n) for n in raster.shapes[0])
+    likelihood = raster.buffer[: ny * nx].reshape(ny, nx)
+    turns = math.ceil(where.window_rad / where.turn_step_rad)
+    reach = math.ceil(where.window_m / raster.cell_m)
+    shift = np.arange(-reach, reach + 1)
+    best, best_score = where.guess, -1.0
+    for turn in range(-turns, turns + 1):
+        pose = Pose2(where.guess.x_m, where.guess.y_m, where.guess.yaw_rad + turn * where.turn_step_rad)
+        ix, iy = np.floor((pose.apply(points) - raster.origin_m) / raster.cell_m).astype(np.int64).T
+        rows = np.clip(iy[:, None] + shift, 0, ny - 1)[:, :, None]
+        columns = np.clip(ix[:, None] + shift, 0, nx - 1)[:, None, :]
+        scores = likelihood[rows, columns].sum(axis=0, dtype=np.int64)
+        k = int(np.argmax(scores))
+        if scores.ravel()[k] > best_score:
+            dy, dx = (float(shift[n]) * raster.cell_m for n in divmod(k, len(shift)))
+            best, best_score = Pose2(pose.x_m + dx, pose.y_m + dy, pose.yaw_rad), float(scores.ravel()[k])
+    return best, best_score / (255.0 * len(points))
