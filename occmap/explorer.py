@@ -107,6 +107,7 @@ class Explorer:
         self.map.replace(grid)
         self.ending.carry_over(new_map_from_old_map, grid)
         self.looks.carry_over(new_map_from_old_map)
+        self.planner.barred.carry_over(new_map_from_old_map)
         if self.pursuit is not None:
             self.pursuit.carry_over(new_map_from_old_map)
         self._events.append("the map was corrected")
@@ -179,7 +180,8 @@ class Explorer:
             self.ending.note(found.best is not None, found.wave, self.grid, seen.time_s)
             if found.best is None:
                 self.pursuit = None
-                self._end_if_done(found.wave, seen.time_s)
+                if not self.planner.barred.reopen():
+                    self._end_if_done(found.wave, seen.time_s)
             else:
                 pursuit = self._set_out(found.best, found.wave, seen.time_s)
                 self.learning.note(self.map.known_m2, pursuit.path.length_m, seen.time_s)
@@ -260,10 +262,21 @@ class Explorer:
         failure = fruitless or pursuit.failure(here, now_s)
         if failure is None:
             return
-        if fruitless is None and pursuit.has_arrived and pursuit.has_shown_something(self.grid):
+        is_done = pursuit.has_arrived and pursuit.has_shown_something(self.grid)
+        if fruitless is None and (is_done or self._is_gap_to_blame(pursuit)):
             self.pursuit = None
         else:
             self._give_up(pursuit.goal, failure, now_s)
+
+    def _is_gap_to_blame(self, pursuit: Pursuit) -> bool:
+        """Whether a narrow place held the robot up: there may be another way to the goal."""
+        if pursuit.has_arrived or not pursuit.is_tight:
+            return False
+        gap = self.planner.gap_ahead(pursuit.path, self.grid, self.map.clearance_m, pursuit.progress_m)
+        if gap is None or not self.planner.barred.note(gap):
+            return False
+        self._events.append("the gap at ({:.1f}, {:.1f}) holds the robot up".format(*gap.in_map))
+        return True
 
     def _give_up(self, goal: Goal, failure: Failure, now_s: float) -> None:
         self.looks.note(goal, failure.reason, failure.why, self.grid)

@@ -63,7 +63,8 @@ class FailedLooks:
         return [
             look
             for look in near
-            if self._are_joined(look.in_map, place, grid) and not _is_outdated(look, grid)
+            if self._are_joined(look.in_map, place, grid)
+            and not has_changed_around(look.in_map, look.known_cells, grid)
         ]
 
     def carry_over(self, new_map_from_old_map: Pose2) -> None:
@@ -87,8 +88,9 @@ def _middle(places: Points) -> tuple[float, float]:
     return float(x), float(y)
 
 
-def _is_outdated(look: FailedLook, grid: OccupancyGrid) -> bool:
-    changed = abs(known_around(look.in_map, grid) - look.known_cells)
+def has_changed_around(place: tuple[float, float], known_cells: int, grid: OccupancyGrid) -> bool:
+    """Whether much has become known or unknown around a place since so many cells were known there."""
+    changed = abs(known_around(place, grid) - known_cells)
     return changed > CHANGED_SHARE * (2.0 * SURROUNDINGS_M / grid.frame.resolution_m) ** 2
 
 

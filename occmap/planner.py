@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from occmap.barred import BarredGaps, Gap, gap_at
 from occmap.body import Body
 from occmap.escape import way_out
 from occmap.geometry import Pose2
@@ -18,6 +19,9 @@ from occmap.terrain import ClearanceLimits, Terrain, escape_price_list, price_li
 from occmap.wavefront import Wavefront
 
 __all__ = ["Path", "Planner", "PlannerConfig", "Wavefront", "WideningFlood"]
+
+GAP_AHEAD_M = 0.6
+"""What holds the robot up is looked for so far ahead: in reach of the follower's look."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +79,7 @@ class PlannerConfig:
 
 
 class Planner:
-    """Finds ways over the belief. Remembers only its search arrays and price lists.
+    """Finds ways over the belief. Remembers its search arrays, price lists, and gaps found to be barred.
 
     Every method takes the grid and its clearance (ny, nx): metres from each cell's centre to the
     nearest occupied cell.
@@ -84,6 +88,7 @@ class Planner:
     def __init__(self, config: PlannerConfig | None = None, body: Body | None = None) -> None:
         self.config = config or PlannerConfig()
         self.body = body or Body()
+        self.barred = BarredGaps()
         self._memory = SearchMemory()
         self._resolution_m = math.nan
 
@@ -104,7 +109,7 @@ class Planner:
             roomy = self.body.radius_m + c.roomy_margin_m
             self._prices = price_list(self._limits, roomy, c.wall_weight, c.tight_weight)
             self._escape_prices = escape_price_list()
-        return Terrain.of(grid, clearance_m, self._prices, self._limits)
+        return Terrain.of(grid, clearance_m, self._prices, self._limits, self.barred.closed_cells(grid))
 
     def flood(
         self,
@@ -158,6 +163,22 @@ class Planner:
         terrain = self.terrain(grid, clearance_m)
         least_m = terrain.least_clearance(path.waypoints_in_map, max(from_m, path.escape_m))
         return least_m < path.keep_clear_m
+
+    def gap_ahead(
+        self, path: Path, grid: OccupancyGrid, clearance_m: NDArray[np.float32], from_m: float
+    ) -> Gap | None:
+        """The narrowest place on the next GAP_AHEAD_M of a path, if it is less than comfortable."""
+        terrain = self.terrain(grid, clearance_m)
+        along_m = from_m + np.arange(0.0, GAP_AHEAD_M, 0.5 * grid.frame.resolution_m)
+        x, y = (np.interp(along_m, path.stations_m, path.waypoints_in_map[:, axis]) for axis in (0, 1))
+        ix, iy = grid.frame.cell_from_map(np.column_stack((x, y))).T
+        room_m = clearance_m[iy, ix]
+        k = int(np.argmin(room_m))
+        if not room_m[k] < terrain.limits.comfortable_m:
+            return None
+        before, after = max(k - 4, 0), min(k + 4, len(x) - 1)
+        direction_rad = math.atan2(y[after] - y[before], x[after] - x[before])
+        return gap_at((float(x[k]), float(y[k])), direction_rad, float(room_m[k]), grid)
 
     def _way_out(self, terrain: Terrain, start_cell: tuple[int, int]) -> NDArray[np.int32] | None:
         return way_out(self._memory, terrain, start_cell, self._escape_prices, self.config.escape_radius_m)

@@ -111,11 +111,12 @@ class SearchMemory:
         from occmap.planner_kernels import TARGET, search
 
         self.link[request.targets] = TARGET
-        exact_below = search(
-            terrain.state.ravel(), terrain.clearance_m.ravel(), terrain.shape[1], prices, start,
-            request.box, request.want, request.limit, request.bucket_bits,
-            self._at, self.cost, self.link, self.touched, self._heads, self.items,
-        )  # fmt: skip
+        with terrain.closures():
+            exact_below = search(
+                terrain.state.ravel(), terrain.clearance_m.ravel(), terrain.shape[1], prices, start,
+                request.box, request.want, request.limit, request.bucket_bits,
+                self._at, self.cost, self.link, self.touched, self._heads, self.items,
+            )  # fmt: skip
         self.link[request.targets] &= 15
         return exact_below
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +37,8 @@ class Terrain:
     clearance_m: NDArray[np.float32]  # (ny, nx)
     prices: NDArray[np.int32]  # (3 * bins,), see planner_kernels
     limits: ClearanceLimits
+    closed: NDArray[np.int32] = field(default_factory=lambda: np.empty(0, np.int32))
+    """(k,) flat cells that are not to be entered, whatever the map says."""
 
     @staticmethod
     def of(
@@ -42,12 +46,13 @@ class Terrain:
         clearance_m: NDArray[np.float32],
         prices: NDArray[np.int32],
         limits: ClearanceLimits,
+        closed: NDArray[np.int32],
     ) -> Terrain:
         if clearance_m.shape != grid.shape:
             raise ValueError(
                 f"clearance {clearance_m.shape} must match the grid {grid.shape}: update it first"
             )
-        return Terrain(grid.frame, grid.state, clearance_m, prices, limits)
+        return Terrain(grid.frame, grid.state, clearance_m, prices, limits, closed)
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -76,6 +81,17 @@ class Terrain:
         """The box of all cells (ix0, iy0, ix1, iy1), both ends within."""
         return 0, 0, self.shape[1] - 1, self.shape[0] - 1
 
+    @contextmanager
+    def closures(self) -> Iterator[None]:
+        """While a kernel looks for a way, what is closed is occupied: kernels know no third reason."""
+        state = self.state.reshape(-1)
+        was = state[self.closed]
+        state[self.closed] = Belief.OCCUPIED
+        try:
+            yield
+        finally:
+            state[self.closed] = was
+
     def is_open(self, window: tuple[slice, slice]) -> NDArray[np.bool_]:
         """Which cells of a window the body may enter."""
         is_free = self.state[window] == Belief.FREE
@@ -88,7 +104,8 @@ class Terrain:
         from occmap import planner_kernels as kernels
 
         nx = self.shape[1]
-        kept = kernels.shortcut(cells, nx, self.state.ravel(), self.clearance_m.ravel(), self.prices)
+        with self.closures():
+            kept = kernels.shortcut(cells, nx, self.state.ravel(), self.clearance_m.ravel(), self.prices)
         way = np.concatenate((escape_cells[:-1], cells[kept])).astype(np.int64)
         points = self.frame.map_from_cell(np.column_stack((way % nx, way // nx)))
         lead_m = self._lead(points, escape_radius_m)
