@@ -1,4 +1,4 @@
-"""A gap that held the robot up is not planned through, until there is nothing else left or the map changes."""
+"""A gap that held the robot up is not planned through until nothing else is left or the map changes."""
 
 from __future__ import annotations
 
@@ -75,7 +75,8 @@ def test_each_gap_gets_one_more_chance_when_nothing_else_is_left():
 def test_a_gap_is_forgotten_where_the_map_has_changed():
     grid, _ = two_rooms()
     gaps, gap = BarredGaps(), gap_at((1.5, 1.5), 0.0, 0.2, grid)
-    assert gaps.note(gap) and gaps.note(gap)
+    assert gaps.note(gap)
+    assert gaps.note(gap)
     assert len(gaps.closed_cells(grid))
     ix, iy = grid.frame.cell_at(1.5, 1.5)
     grid.state[iy : iy + 20, ix : ix + 20] = Belief.UNKNOWN
