@@ -50,8 +50,9 @@ class TourConfig:
         for name, value in vars(self).items():
             if not (math.isfinite(value) and value >= 0.0):
                 raise ValueError(f"{name} must not be negative, got {value}")
-        if not (self.much_m2 > 0.0 and self.look_m > 0.0):
-            raise ValueError(f"much_m2 and look_m must be positive, got {self.much_m2} and {self.look_m}")
+        for name in ("stop_m", "much_m2", "look_m"):
+            if getattr(self, name) == 0.0:
+                raise ValueError(f"{name} must be positive, got 0.0")
 
 
 @dataclass(frozen=True)

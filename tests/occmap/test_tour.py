@@ -1,0 +1,119 @@
+"""What thinks ahead: the order of frontiers on a tour."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from occmap.coarse_map import CoarseMap
+from occmap.goals import GoalConfig
+from occmap.search import SearchMemory
+from occmap.tour import MOST_STOPS, Tour, TourConfig
+from tests.occmap.goal_scenes import Scene
+
+CELL_M = 0.25
+
+
+def scene_of(picture, start):
+    """Drawn at half a metre a letter, so that the robot has room in a corridor three letters wide."""
+    lines = [line.strip() for line in picture.strip("\n").splitlines()]
+    twice = "\n".join("".join(2 * letter for letter in line) for line in lines for _ in range(2))
+    return Scene(twice, (2 * start[0], 2 * start[1]), resolution_m=CELL_M)
+
+
+def stops(scene, config=None, pursued=None):
+    wave = scene.flood()
+    found = Tour(config or TourConfig()).stops(scene.frontiers, wave.terrain, scene.start, pursued)
+    return [[scene.frontiers[k].centroid_in_map for k in stop.members] for stop in found]
+
+
+ONE_LONG_WAY_AND_ONE_SHORT = """
+    ##########################################
+    ?........................................?
+    ?........................................?
+    ?........................................?
+    ##########################################"""
+
+
+def test_a_tour_takes_the_short_end_of_a_corridor_first():
+    """The nearest is the same here; what is not is the way back, which a tour counts."""
+    scene = scene_of(ONE_LONG_WAY_AND_ONE_SHORT, (15, 2))
+    (first, second) = stops(scene)
+    assert first[0][0] < 1.0
+    assert second[0][0] > 20.0
+
+
+POCKET = """
+    ############################
+    #..........................?
+    #..........................?
+    #..........................?
+    ###########...##############
+    ##########?...##############
+    ###########...##############
+    ############################"""
+
+
+def test_what_is_small_and_behind_is_seen_before_the_robot_goes_far():
+    scene = scene_of(POCKET, (20, 5))
+    behind, ahead = (3.5 + 2.0, 1.0), (13.5, 2.5)
+    by_length = stops(scene, TourConfig(open_end_m=0.0))
+    thinking_ahead = stops(scene, TourConfig(open_end_m=15.0, much_m2=5.0))
+    assert by_length[0][0] == pytest.approx(ahead, abs=1.0)
+    assert thinking_ahead[0][0] == pytest.approx(behind, abs=1.0)
+
+
+@pytest.mark.parametrize(("hysteresis_m", "stays"), [(0.0, False), (6.0, True)])
+def test_the_first_stop_is_kept_unless_the_tour_gets_much_shorter(hysteresis_m, stays):
+    scene = scene_of(ONE_LONG_WAY_AND_ONE_SHORT, (18, 2))
+    right = max(range(len(scene.frontiers)), key=lambda k: scene.frontiers[k].centroid_in_map)
+    first = stops(scene, TourConfig(hysteresis_m=hysteresis_m), pursued=right)[0]
+    assert (first[0][0] > 20.0) == stays
+
+
+def test_what_is_out_of_reach_is_no_stop():
+    scene = scene_of(
+        """
+        ####################
+        ?.......#..........?
+        ?.......#..........?
+        ?.......#..........?
+        ####################""",
+        (4, 2),
+    )
+    assert len(scene.frontiers) == 2
+    ((only,),) = stops(scene)
+    assert only[0] < 1.0
+    walled_in = scene_of("#####\n#...#\n#...#\n#...#\n#####", (2, 2))
+    assert stops(walled_in) == []
+
+
+def test_many_frontiers_are_drawn_together_and_each_is_visited_once():
+    rows = ["#" * 64]
+    for _ in range(8):
+        rows += ["?" + "." * 62 + "?"] * 3 + ["#..." + "###..." * 10]
+    scene = scene_of("\n".join([*rows, "#" * 64]), (30, 5))
+    assert len(scene.frontiers) > MOST_STOPS
+    found = stops(scene, TourConfig(stop_m=0.01, stop_share=0.0))
+    assert len(found) <= MOST_STOPS
+    visited = [place for stop in found for place in stop]
+    assert sorted(visited) == sorted(frontier.centroid_in_map for frontier in scene.frontiers)
+
+
+def test_costs_on_the_coarse_map_are_those_of_the_fine_one_about():
+    scene = scene_of(POCKET, (2, 5))
+    wave = scene.flood()
+    coarse = CoarseMap(wave.terrain, SearchMemory())
+    start = coarse.block_near(scene.start)
+    cells = np.array([[50, 10], [24, 4], [10, 9]])
+    blocks = np.array([coarse.block_near(tuple(cell)) for cell in cells.tolist()])
+    np.testing.assert_allclose(coarse.costs_m(start, blocks), wave.cost_at(cells), atol=1.0)
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"stop_m": -1.0}, {"stop_m": 0.0}, {"much_m2": 0.0}, {"look_m": 0.0}, {"open_end_m": np.nan}]
+)
+def test_nonsense_is_refused_by_name(wrong):
+    (name,) = wrong
+    with pytest.raises(ValueError, match=name):
+        GoalConfig(strategy="tour", tour=TourConfig(**wrong))
