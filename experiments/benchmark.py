@@ -16,17 +16,18 @@ import tyro
 
 from experiments.benchmark_figure import Figure, compared, ratio
 
-Part = Literal["loop", "recording", "kernels", "matching", "planner", "start", "memory", "sweep"]
+Part = Literal["loop", "recording", "kernels", "matching", "planner", "start", "memory", "sweep", "large"]
 
 
 @dataclass(frozen=True)
 class Benchmark:
     """Measure what the parts of a run cost."""
 
-    parts: tuple[Part, ...] = get_args(Part)
+    parts: tuple[Part, ...] = get_args(Part)[:-1]
     """loop: the whole of it, beside physics and lidar alone. recording: what rerun adds. kernels: a
     scan's. matching: slam's. planner: a way across a map. start: imports, compilation. memory: 60 m x 60 m.
-    sweep: many runs, beside the runs themselves."""
+    sweep: many runs, beside the runs themselves. large: buildings of 100 m and 200 m; takes an hour, so only
+    if asked for."""
     seed: int = 0
     """Of the office that is explored."""
 
@@ -93,6 +94,13 @@ def sweep(seed: int) -> Iterator[Figure]:
     yield from benchmark_sweep.throughput(seed)
 
 
+def large(seed: int) -> Iterator[Figure]:
+    """A large office and a larger warehouse."""
+    from experiments import benchmark_large
+
+    yield from benchmark_large.large(seed)
+
+
 PARTS: dict[Part, Callable[[int], Iterator[Figure]]] = {
     "loop": loop,
     "recording": recording,
@@ -102,6 +110,7 @@ PARTS: dict[Part, Callable[[int], Iterator[Figure]]] = {
     "start": start,
     "memory": memory,
     "sweep": sweep,
+    "large": large,
 }
 
 

@@ -67,7 +67,7 @@ def clearance_rivals(state: NDArray[np.uint8]) -> Rivals:
 def integration_rivals(
     log_odds: NDArray[np.float32], ends: NDArray[np.int32], hit: NDArray[np.uint8], points: Points
 ) -> Rivals:
-    """One scan into a map: cells (1 + n, 2), the sensor first, which of n are hits, and the same in metres."""
+    """One scan into a map: cells (1 + n, 2), the sensor first, which of n are hits, and in metres."""
     octomap = installed("pyoctomap") or installed("octomap")
     rivals: Rivals = {"NumPy": lambda: integrate_by_arrays(log_odds, ends, hit, 0.85, -0.4, 6.0)}
     rivals["OctoMap"] = None
