@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -61,14 +62,11 @@ def costs(building: BuildingConfig, seed: int) -> Costs:
     """Explore one building to the end."""
     experiment = prepare(ExperimentConfig(seed=seed, building=building))
     warm_up(experiment.config)
-    watch, last = Stopwatch(), None
-    begun = time.thread_time()
-    for last in episode(experiment.robot, experiment.explorer, LIMIT_S, watch):
-        pass
-    assert last is not None, "an episode has a first scan"
-    scans = len(watch.laps_s["decision"])
+    watch, begun = Stopwatch(), time.thread_time()
+    (last,) = deque(episode(experiment.robot, experiment.explorer, LIMIT_S, watch), maxlen=1)
+    spent_s, scans = time.thread_time() - begun, len(watch.laps_s["decision"])
     return Costs(
-        scan_ms=1e3 * (time.thread_time() - begun) / scans,
+        scan_ms=1e3 * spent_s / scans,
         stages_ms={stage: 1e3 * watch.total_s(stage) / scans for stage in STAGES},
         decision_ms=1e3 * float(np.median(watch.laps_s["decision"])),
         explored=experiment.scorer.score(last.grid).explored,
