@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import permutations
+from itertools import pairwise, permutations
 
 import numpy as np
 import pytest
@@ -52,7 +52,7 @@ def test_the_best_tour_is_the_best_of_all_orders(n):
     for first in range(n):
         orders = [order for order in permutations(range(n)) if order[0] == first]
         costs = [
-            sum(between[a, b] for a, b in zip(order, order[1:], strict=False)) + at_the_end[order[-1]]
+            sum(between[a, b] for a, b in pairwise(order)) + at_the_end[order[-1]]
             for order in orders
         ]
         assert best[(1 << n) - 1, first] == pytest.approx(min(costs))
