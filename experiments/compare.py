@@ -16,7 +16,9 @@ from pathlib import Path
 
 import tyro
 
-from experiments.comparison import Comparison, Pairing, Tolerance, compare, pair
+from experiments.comparison import Comparison, Tolerance, compare
+from experiments.pairing import Pairing, pair
+from experiments.sweeping.groups import short
 from experiments.sweeping.jobs import Row
 from experiments.sweeping.runs import Runs
 
@@ -68,7 +70,7 @@ def facts_of(row: Row) -> dict[str, str]:
     """What a run can be chosen by: its options by their full and by their last name, kind and seed."""
     facts = {"name": str(row.get("name")), "seed": str(row.get("seed"))}
     for name, value in row.get("options", {}).items():
-        facts[name] = facts[name.rsplit(".", 1)[-1]] = str(value)
+        facts[name] = facts[name.rsplit(".", 1)[-1]] = short(value)
     return facts
 
 
@@ -119,9 +121,22 @@ def reservations(pairing: Pairing) -> list[str]:
     said = []
     if pairing.only_a or pairing.only_b:
         said.append(f"left out: {pairing.only_a} runs that only A has, {pairing.only_b} that only B has")
+    if pairing.differing:
+        said.append(f"left out: {pairing.differing} pairs whose seed made another building in B than in A")
     if len(pairing.pairs) < FEW:
         said.append(f"only {len(pairing.pairs)} pairs: so few make the intervals too narrow")
     return said
+
+
+def nothing_pairs(pairing: Pairing) -> str:
+    """Why there is nothing to compare."""
+    if pairing.differing:
+        return f"nothing to compare: all {pairing.differing} seeds made another building in B than in A"
+    varied = f"; they vary in {', '.join(pairing.told_apart_by)}" if pairing.told_apart_by else ""
+    return (
+        f"nothing to compare: of {pairing.only_a} runs of A and {pairing.only_b} of B none are of the same "
+        f"building and seed{varied}"
+    )
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -132,11 +147,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         b = selected(Runs([asked.b]), asked.where_b)
         pairing = pair(a, b)
         if not pairing.pairs:
-            varied = f"; they vary in {', '.join(pairing.told_apart_by)}" if pairing.told_apart_by else ""
-            raise ValueError(
-                f"nothing to compare: of {pairing.only_a} runs of A and {pairing.only_b} of B none "
-                f"are of the same building and seed{varied}"
-            )
+            raise ValueError(nothing_pairs(pairing))
     except (ValueError, OSError) as mistake:
         print(f"error: {mistake}", file=sys.stderr)
         return MISTAKE

@@ -52,7 +52,7 @@ class Naming:
 
     def see(self, row: Row) -> None:
         """Take one more run into account."""
-        self._met.add(tuple((name, _short(value)) for name, value in row.get("options", {}).items()))
+        self._met.add(tuple((name, short(value)) for name, value in row.get("options", {}).items()))
         self._varying = None
         if row.get("is_plan") and len(self._plans) <= MOST_PLANS:
             self._plans.add(row["name"])
@@ -68,7 +68,7 @@ class Naming:
         parts = [str(options[STRATEGY])] if STRATEGY in options else []
         for name in self._needed():
             if name != STRATEGY and options.get(name) is not None:
-                parts.append(f"{name.rsplit('.', 1)[-1].removesuffix('_scale')} {_short(options[name])}")
+                parts.append(f"{name.rsplit('.', 1)[-1].removesuffix('_scale')} {short(options[name])}")
         return ", ".join(parts)
 
     def _needed(self) -> tuple[str, ...]:
@@ -84,9 +84,10 @@ class Naming:
         return self._varying
 
 
-def _short(value: Any) -> str:
+def short(value: Any) -> str:
+    """An option's value as people write it."""
     if isinstance(value, list):
-        return " x ".join(map(_short, value))
+        return " x ".join(map(short, value))
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 

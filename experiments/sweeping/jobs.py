@@ -48,7 +48,8 @@ class Job:
     def identity(self) -> Row:
         """The fields of a row that are known before it is run."""
         c = self.config.pinned()
-        building = content_hash(c.plan) or config_file.to_plain(c.building)
+        said = changed(config_file.to_plain(c), DEFAULT)
+        building = content_hash(c.plan) or {"kind": c.building.kind} | said["building"]
         return {
             "key": self.key,
             "name": self.name,
@@ -56,7 +57,7 @@ class Job:
             "seed": c.seed,
             "building_id": json.dumps([building, c.building_seed, c.start]),
             "options": {name: config_file.to_plain(option_of(c, name)) for name in self.options},
-            "config": changed(config_file.to_plain(c), DEFAULT),
+            "config": said,
             "code": self.code,
         }
 

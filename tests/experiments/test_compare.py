@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from experiments.compare import main
-from experiments.comparison import Tolerance, bootstrap, compare, pair
+from experiments.comparison import Tolerance, bootstrap, compare
+from experiments.pairing import pair
 from experiments.sweep import Sweep, sweep
 from experiments.sweeping.jobs import jobs_of
 from experiments.sweeping.matrix import Matrix
@@ -84,6 +85,16 @@ def test_partners_agree_on_all_that_varies_on_either_side():
     pairing = pair(noisy, rows())
     assert (len(pairing.pairs), pairing.only_a, pairing.only_b) == (16, 16, 0)
     assert pairing.told_apart_by == ("noise_scale",)
+
+
+def test_a_seed_that_made_another_building_is_left_out():
+    before, after = rows(), rows()
+    for row in (*before, *after):
+        row["building"] = {"rooms": 4, "free_area_m2": 60.0}
+    after[0]["building"] = {"rooms": 5, "free_area_m2": 60.0}
+    after[1]["building"] = {"rooms": 4, "free_area_m2": 60.1}  # seen at another resolution
+    pairing = pair(before, after)
+    assert (len(pairing.pairs), pairing.differing) == (15, 1)
 
 
 def test_a_run_with_two_partners_is_refused():
