@@ -51,8 +51,5 @@ def test_the_best_tour_is_the_best_of_all_orders(n):
     best = kernels.best_after(between, at_the_end)
     for first in range(n):
         orders = [order for order in permutations(range(n)) if order[0] == first]
-        costs = [
-            sum(between[a, b] for a, b in pairwise(order)) + at_the_end[order[-1]]
-            for order in orders
-        ]
+        costs = [sum(between[a, b] for a, b in pairwise(order)) + at_the_end[order[-1]] for order in orders]
         assert best[(1 << n) - 1, first] == pytest.approx(min(costs))
