@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from experiments.curves import ScoreCurve
 from experiments.episode import Step, episode
 from experiments.experiment import Experiment, warm_up
+from experiments.motion import DriveLog
 from experiments.outcome import Outcome
 from experiments.recorders import Recorder
 from experiments.trajectory import TrajectoryLog
@@ -29,6 +30,7 @@ class Run:
     """Where all had come to when the clock stopped: up to one act later than the last scan."""
     curve: ScoreCurve
     trajectory: TrajectoryLog
+    drives: DriveLog
     min_clearance_m: float
     stopwatch: Stopwatch
     """Of the loop and what was done beside it; the experiment has its own for what came before."""
@@ -48,7 +50,7 @@ def run(
     The recorders are made here, once the curve that they may read exists, and closed here.
     """
     curve = ScoreCurve(experiment.scorer)
-    trajectory = TrajectoryLog(experiment.world_from_map)
+    trajectory, drives = TrajectoryLog(experiment.world_from_map), DriveLog()
     stopwatch = Stopwatch()
     with stopwatch.lap("warm_up"):
         warm_up(experiment.config)
@@ -62,6 +64,7 @@ def run(
             with stopwatch.lap("scoring"):
                 curve.record(last)
                 trajectory.record(last)
+                drives.record(last)
             with stopwatch.lap("recording"):
                 for watcher in watchers:
                     watcher.record(last)
@@ -77,7 +80,9 @@ def run(
     assert last is not None, "the first scan comes before the first physics step and the time limit"
     outcome = _outcome(last, bool(fault), interrupted)
     end = last.truth if fault else experiment.robot.truth()
-    return Run(experiment, outcome, last, end, curve, trajectory, min_clearance_m, stopwatch, loop_s, fault)
+    return Run(
+        experiment, outcome, last, end, curve, trajectory, drives, min_clearance_m, stopwatch, loop_s, fault
+    )
 
 
 def _outcome(last: Step, is_fault: bool, is_interrupted: bool) -> Outcome:

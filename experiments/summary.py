@@ -16,6 +16,7 @@ import numpy as np
 from experiments.curves import Sample
 from experiments.experiment import closed_doors, floor_in_reach
 from experiments.honesty import is_honest
+from experiments.motion import motion
 from experiments.outcome import Outcome
 from experiments.run import Run
 from experiments.trajectory import absolute_error_m, drift_per_m
@@ -55,6 +56,7 @@ class Summary:
     drift_per_m: float
     replans: int
     goal_switches: int
+    motion: dict[str, float]
     milestones: dict[str, dict[str, float] | None]
     decision_ms: dict[str, float]
     unknown_left: list[dict[str, Any]]
@@ -93,6 +95,7 @@ def summarise(run: Run) -> Summary:
         drift_per_m=drift_per_m(true, believed),
         replans=decision.replans,
         goal_switches=decision.goal_switches,
+        motion=motion(true, run.drives.drives, truth.path_length_m, truth.time_s),
         milestones={str(percent): milestone(run.curve.samples, percent / 100.0) for percent in MILESTONES},
         decision_ms=_quantiles_ms(run.stopwatch),
         unknown_left=_unknown_left(run),
