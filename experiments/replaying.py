@@ -22,7 +22,8 @@ from occmap.scan import Observation, Scan
 from occmap.stopwatch import Stopwatch
 
 WARM_UP_SCANS = 80
-"""Enough for two submaps and a loop between them."""
+WARM_UP_LAPS = 3
+"""Enough, there and back, for submaps so far apart in time that a loop is looked for between them."""
 
 
 @dataclass(frozen=True)
@@ -151,7 +152,7 @@ def live(
 def warm_up(observations: Sequence[Observation], config: ReplayConfig) -> None:
     """Drive the log's first metres there and back, so that all kernels are loaded before the clock runs.
 
-    Back over known ground, because that is where loops are closed.
+    Again and again over known ground, because that is where loops are closed.
     """
     motion = MotionFilter(every_m=0.1, every_rad=0.1)
     there = list(
@@ -159,10 +160,10 @@ def warm_up(observations: Sequence[Observation], config: ReplayConfig) -> None:
     )
     if len(there) < 2:  # no odometry, or none that moves
         there = list(observations[:WARM_UP_SCANS])
-    end_s = there[-1].time_s
-    back = [replace(seen, time_s=2.0 * end_s - seen.time_s) for seen in reversed(there[:-1])]
+    lap = [*there, *reversed(there[:-1])]
+    drive = [replace(seen, time_s=0.2 * k) for k, seen in enumerate(lap * WARM_UP_LAPS)]
     localizer = make_localizer(config.pose, config.map)
-    for _ in live([*there, *back], localizer, Stopwatch()):
+    for _ in live(drive, localizer, Stopwatch()):
         pass
     localizer.finish()
     localizer.map()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,6 +26,13 @@ class CandidateConfig(Positive):
     """A submap is compared with so many others, nearest first."""
     apart: int = 3
     """Of a run of consecutive submaps one in so many is compared: they show the same."""
+    lost_m: float = 1.0
+    """Where the relative pose is less well known than this (standard deviation), others are compared that lie
+    farther apart from each other, for each is searched widely."""
+    lost_most: int = 10
+    """And more of them."""
+    lost_apart_m: float = 2.0
+    """And so far apart."""
     gap: int = 8
     """Submaps nearer in time than this share too much to tell anything new about each other."""
     common_share: float = 0.15
@@ -49,16 +55,19 @@ def candidates(
 ) -> list[Candidate]:
     """The submaps before `younger` worth comparing with it. centres_in_map is (younger + 1, 2)."""
     var_m2, var_rad2 = uncertainty_from(graph, younger, config.common_share)
-    sigma = np.sqrt(var_m2)
-    distance = np.hypot(*(centres_in_map - centres_in_map[younger]).T)
+    sigma_m, sigma_rad = np.sqrt(var_m2), np.sqrt(var_rad2)
+    away_m = np.hypot(*(centres_in_map - centres_in_map[younger]).T)
     chosen: list[int] = []
-    for k in np.argsort(distance[: max(younger - config.gap, 0)], kind="stable").tolist():
-        if len(chosen) == config.most:
+    for k in np.argsort(away_m[: max(younger - config.gap, 0)], kind="stable").tolist():
+        is_lost = sigma_m[k] > config.lost_m
+        if len(chosen) >= (config.lost_most if is_lost else config.most):
             break
-        is_near = distance[k] < config.near_m + 2.0 * sigma[k]
-        if is_near and all(abs(k - other) >= config.apart for other in chosen):
+        if away_m[k] > config.near_m + 2.0 * sigma_m[k] or any(abs(k - i) < config.apart for i in chosen):
+            continue
+        apart_m = np.hypot(*(centres_in_map[chosen] - centres_in_map[k]).T).min(initial=np.inf)
+        if not is_lost or apart_m > config.lost_apart_m:
             chosen.append(k)
-    return [Candidate(k, younger, float(sigma[k]), math.sqrt(var_rad2[k])) for k in chosen]
+    return [Candidate(k, younger, float(sigma_m[k]), float(sigma_rad[k])) for k in chosen]
 
 
 def uncertainty_from(graph: PoseGraph, source: int, common_share: float = 0.0) -> tuple[Floats, Floats]:

@@ -30,7 +30,7 @@ class LoopClosureConfig(Positive):
     """A loop less well predicted than this (standard deviation) needs a witness."""
     surprise: float = 4.0
     """So does one that is so many standard deviations off its prediction."""
-    witness_within: int = 12
+    witness_within: int = 40
     """A witness is a loop between submaps at most so many earlier or later, at both ends."""
     floor_m: float = 0.01
     """Standard deviation of a loop, however many points agree."""
@@ -162,9 +162,8 @@ class LoopCloser:
         younger = pose(a.younger).inverse() @ pose(b.younger)
         home = a.older_from_younger @ younger @ b.older_from_younger.inverse() @ older.inverse()
         steps = steps_younger + steps_older
-        return (
-            math.hypot(home.x_m, home.y_m) < 0.1 + 0.03 * steps and abs(home.yaw_rad) < 0.03 + 0.005 * steps
-        )
+        near_m, near_rad = min(0.1 + 0.03 * steps, 0.5), min(0.03 + 0.005 * steps, 0.1)
+        return math.hypot(home.x_m, home.y_m) < near_m and abs(home.yaw_rad) < near_rad
 
     def _make_ready(self, submap: int) -> None:
         """Keep the working memory of those used last only."""

@@ -29,7 +29,7 @@ class ComparisonConfig(Positive):
     """And never turns farther."""
     off_m: float = 0.05
     """Between two orientations searched, the farthest point is off by at most this."""
-    most_work: int = 100_000_000
+    most_work: int = 40_000_000
     """Points looked up for one pair; what is not clear by then is too much alike to be told apart."""
     query_radius_m: float = 10.0
     """Surfels this near to where the robot was are compared."""

@@ -1,0 +1,104 @@
+"""Maps that outlive a replay: saved, gone on from, localised in."""
+
+import gzip
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from experiments.replay import main
+from experiments.tum_file import read_tum
+from occmap.geometry import Pose2
+
+LOG = Path(__file__).parent.parent / "data" / "intel_part.clf.gz"
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The log in one run, and in two of which the second goes on from the first."""
+    folder = tmp_path_factory.mktemp("states")
+    lines = [line for line in gzip.decompress(LOG.read_bytes()).decode().splitlines(True) if line[0] == "F"]
+    for name, part in (("whole", lines), ("first", lines[:250]), ("second", lines[250:])):
+        (folder / f"{name}.clf").write_text("".join(part))
+    state = str(folder / "state")
+    assert replay(folder, "whole", "whole") == 0
+    assert replay(folder, "first", "first", "--save-state", state) == 0
+    assert replay(folder, "second", "second", "--continue-from", state) == 0
+    return folder
+
+
+def replay(folder: Path, log: str, out: str, *options: str) -> int:
+    return main([str(folder / f"{log}.clf"), "--out", str(folder / out), "--no-record", *options])
+
+
+def sha(folder: Path) -> str:
+    return json.loads((folder / "summary.json").read_text())["map_sha256"]
+
+
+def test_saved_and_gone_on_from_is_the_map_of_one_run(runs: Path):
+    assert sha(runs / "second") == sha(runs / "whole") != sha(runs / "first")
+    whole, second = (read_tum(runs / name / "trajectory.tum") for name in ("whole", "second"))
+    assert len(second) == len(whole) - 250
+    index, _ = whole.nearest(second.times_s)
+    np.testing.assert_array_equal(whole.poses[index], second.poses)
+
+
+@pytest.mark.parametrize("start", [None, (0.0, 0.0, 0.0), (7.0, -3.0, 2.5)])
+def test_the_robot_is_followed_in_a_map_from_a_right_start_a_wrong_one_and_none(
+    runs: Path, start: tuple[float, float, float] | None
+):
+    """The second part was driven where the first one had mapped; the first scan's pose is not (0, 0, 0)."""
+    options = ["--localize-in", str(runs / "state")]
+    if start == (0.0, 0.0, 0.0):
+        start = tuple(read_tum(runs / "second" / "trajectory.tum").poses[0].tolist())
+    if start is not None:
+        options += ["--start", *map(str, start)]
+    out = f"localized{0 if start is None else abs(int(start[0] * 1000))}"
+    assert replay(runs, "second", out, *options) == 0
+    true, found = (read_tum(runs / name / "trajectory.tum").poses for name in ("second", out))
+    off_m = np.hypot(*(true - found)[:, :2].T)
+    assert np.median(off_m) < 0.05
+    assert np.percentile(off_m, 95) < 0.3
+    assert sha(runs / out) == sha(runs / "first"), "the map stays what it is"
+
+
+def test_a_robot_that_was_switched_off_goes_on_where_it_stood(runs: Path):
+    """Its odometry begins anew, far from where it ended."""
+    moved = []
+    for line in (runs / "second.clf").read_text().splitlines():
+        words = line.split()
+        odom = Pose2(50.0, 20.0, 1.0) @ Pose2(*map(float, words[-6:-3]))
+        words[-9:-3] = 2 * [f"{odom.x_m:.6f}", f"{odom.y_m:.6f}", f"{odom.yaw_rad:.6f}"]
+        moved.append(" ".join(words))
+    (runs / "moved.clf").write_text("\n".join(moved))
+    assert replay(runs, "moved", "moved", "--continue-from", str(runs / "state")) == 0
+    one, other = (read_tum(runs / name / "trajectory.tum").poses for name in ("second", "moved"))
+    assert np.hypot(*(one - other)[:, :2].T).max() < 0.1
+    assert math.degrees(np.abs(one - other)[:, 2].max()) < 1.0
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        ["--continue-from", "none"],
+        ["--localize-in", "none.clf"],
+        ["--continue-from", "state", "--localize-in", "state"],
+        ["--continue-from", "state", "--map.resolution-m", "0.1"],
+        ["--localize-in", "state", "--save-state", "other"],
+        ["--start", "0", "0", "0"],
+        ["--save-state", "nowhere/state"],
+        ["--save-state", "other", "--pose", "odometry"],
+        ["--localize-in", "first.clf"],
+    ],
+)
+def test_mistakes_exit_with_2(runs: Path, options: list[str], monkeypatch, capsys):
+    monkeypatch.chdir(runs)
+    try:
+        status = main(["second.clf", "--no-record", "--out", "never", *options])
+    except SystemExit as exit_:
+        status = exit_.code
+    assert status == 2
+    assert capsys.readouterr().err
+    assert not (runs / "never").exists()
