@@ -54,13 +54,6 @@ class CoarseMap:
         ix, iy = frontier.cells[np.argmin(np.einsum("ij,ij->i", away, away))].tolist()
         return self.block_near((ix, iy))
 
-    def middle_of(self, block: int) -> tuple[int, int]:
-        """The cell (ix, iy) of the map in the middle of a block."""
-        ix, iy = self.terrain.cell(block)
-        ny, nx = self.fine.shape
-        half = self.side // 2
-        return min(ix * self.side + half, nx - 1), min(iy * self.side + half, ny - 1)
-
     def costs_m(self, start: int, blocks: Blocks) -> NDArray[np.float64]:
         """(n,) metres from one block to others, dearer near walls; inf if no way leads there."""
         cells = np.column_stack((blocks % self.terrain.shape[1], blocks // self.terrain.shape[1]))

@@ -1,7 +1,9 @@
 """A tour through all frontiers: what lies ahead decides what comes first.
 
 After Cao et al., TARE: a hierarchical framework for efficiently exploring complex 3D environments, RSS
-2021, who order what is left to see by a travelling salesman's tour; here with an open end.
+2021, who order what is left to see by a travelling salesman's tour. The tour is for the order alone: the
+map will have grown before the second stop. So its end is charged with most of the way back to where the
+robot is: each frontier leads on to others, and what is left behind now is come back for from there.
 """
 
 from __future__ import annotations
@@ -24,33 +26,28 @@ if TYPE_CHECKING:
 MOST_STOPS = 12
 """A tour has no more stops: their best order is then found in a millisecond."""
 WIDER = 1.5
-"""Stops are drawn together by this factor until there are no more than that."""
-GAIN_RAYS = 48
+"""Far stops are drawn together by this factor until there are no more than that."""
 
 
 @dataclass(frozen=True)
 class TourConfig:
     """How a tour weighs what is near against what is far (strategy tour)."""
 
-    stop_m: float = 3.0
+    stop_m: float = 2.0
     """Frontiers whose ways apart are no longer than this are one stop,"""
     stop_share: float = 0.2
     """or than this share of the way to them: what is far needs no more detail."""
     hysteresis_m: float = 1.0
     """Another first stop must make the tour shorter by this much before the one being driven to is left."""
-    open_end_m: float = 15.0
-    """So much longer a tour may be that ends where much is unknown: exploring goes on from there. What is
-    left behind would have to be come back for from ever farther away."""
-    much_m2: float = 20.0
-    """Seeing so much from one place is much."""
-    look_m: float = 4.0
-    """How far an expected look reaches."""
+    return_share: float = 0.8
+    """This share of the way from a tour's end back to the robot counts. At 0 a tour leaves behind whatever it
+    can end with; at 1 it does not matter which way round it goes."""
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
             if not (math.isfinite(value) and value >= 0.0):
                 raise ValueError(f"{name} must not be negative, got {value}")
-        for name in ("stop_m", "much_m2", "look_m"):
+        for name in ("stop_m", "stop_share"):
             if getattr(self, name) == 0.0:
                 raise ValueError(f"{name} must be positive, got 0.0")
 
@@ -69,12 +66,11 @@ class Tour:
     """Orders frontiers. Remembers only its search arrays."""
 
     def __init__(self, config: TourConfig) -> None:
-        from occmap import goals_kernels, tour_kernels  # compiled on first use, not on import
+        from occmap import tour_kernels  # compiled on first use, not on import
 
         self.config = config
         self._memory = SearchMemory()
         self._kernels = tour_kernels
-        self._sight = goals_kernels
 
     def stops(
         self,
@@ -101,9 +97,8 @@ class Tour:
         indices, blocks, from_start_m = indices[in_reach], blocks[in_reach], from_start_m[in_reach]
         groups, between_m = self._grouped(coarse, blocks, from_start_m)
         leaders = [group[0] for group in groups]
-        at_the_end = np.array([-self._open_end_m(coarse, int(blocks[leader])) for leader in leaders])
         kept = next((k for k, group in enumerate(groups) if pursued in indices[group]), None)
-        order = self._order(from_start_m[leaders], between_m, at_the_end, kept)
+        order = self._order(from_start_m[leaders], between_m, kept)
         return [Stop(tuple(indices[groups[k]].tolist()), float(from_start_m[groups[k]].max())) for k in order]
 
     def _grouped(
@@ -112,8 +107,9 @@ class Tour:
         """Groups of places given the nearest first, and the costs (n, n) between their first members."""
         c = self.config
         costs_m: dict[int, NDArray[np.float64]] = {}
-        reach_m = np.maximum(c.stop_m, c.stop_share * from_start_m)
+        share = c.stop_share
         while True:
+            reach_m = np.maximum(c.stop_m, share * from_start_m)
             groups: list[list[int]] = []
             left = np.ones(len(blocks), bool)
             while left.any() and len(groups) <= MOST_STOPS:
@@ -127,26 +123,16 @@ class Tour:
             if len(groups) <= MOST_STOPS:
                 leaders = [group[0] for group in groups]
                 return groups, np.array([costs_m[leader][leaders] for leader in leaders])
-            reach_m *= WIDER
-
-    def _open_end_m(self, coarse: CoarseMap, block: int) -> float:
-        """How many metres it is worth to end at a block."""
-        c, r = self.config, coarse.fine.frame.resolution_m
-        if c.open_end_m == 0.0:
-            return 0.0
-        reach = max(1, int(c.look_m / r))
-        cells = self._sight.expected_gain_cells(coarse.fine.state, *coarse.middle_of(block), reach, GAIN_RAYS)
-        return c.open_end_m * min(1.0, cells * r * r / c.much_m2)
+            share *= WIDER
 
     def _order(
         self,
         from_start_m: NDArray[np.float64],
         between_m: NDArray[np.float64],
-        at_the_end: NDArray[np.float64],
         kept: int | None,
     ) -> list[int]:
         """The stops as on the best tour, or as on one hardly longer that begins with the one to keep."""
-        after = self._kernels.best_after(between_m, at_the_end)
+        after = self._kernels.best_after(between_m, self.config.return_share * from_start_m)
         left = len(after) - 1  # a set of stops, as bits
         totals_m = from_start_m + after[left]
         here = int(np.argmin(totals_m))
