@@ -41,6 +41,23 @@ def test_a_loop_makes_what_it_joins_certain():
     assert after[5] <= before[5]
 
 
+def test_an_edge_that_is_not_believed_makes_nothing_certain():
+    graph = _chain(11)
+    before = uncertainty_from(graph, 10)[0][0]
+    graph.add_edge(0, 10, Pose2(3.0, 2.0, 1.0), TIGHT, Loss.DCS, 6.0)
+    assert uncertainty_from(graph, 10)[0][0] == before
+
+
+def test_errors_in_common_add_up():
+    """Standard deviations do, where variances would of errors that average out."""
+    graph = _chain(11)
+    yaw = 1e-3
+    assert uncertainty_from(graph, 0, common_share=1.0)[1][10] == pytest.approx((10 * yaw) ** 2, rel=1e-3)
+    assert uncertainty_from(graph, 0, common_share=0.5)[1][10] == pytest.approx(
+        0.5 * (10 * yaw) ** 2 + 0.5 * 10 * yaw**2, rel=1e-3
+    )
+
+
 def test_a_planted_false_loop_does_not_fold_the_map():
     poses = drive([*RING_LAP, *RING_LAP, RING_LAP[0]])
     slam = SlamLocalizer()
