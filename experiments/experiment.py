@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import gc
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -166,8 +169,20 @@ def warm_up(config: ExperimentConfig) -> None:
     room = Building("warm-up", "plan", (-3.1, -2.1), (3.1, 2.1), walls, Pose2(-1.5, 0.3, 0.2))
     robot = make_robot(config, room, Streams(0))
     explorer = make_explorer(config, robot)
-    for _ in episode(robot, explorer, limit_s=WARM_UP_S):
-        pass
+    with few_collections():
+        for _ in episode(robot, explorer, limit_s=WARM_UP_S):
+            pass
+
+
+@contextmanager
+def few_collections() -> Iterator[None]:
+    """Look for garbage less often: a compiler makes millions of objects, few of them garbage in cycles."""
+    usual = gc.get_threshold()
+    gc.set_threshold(50_000, *usual[1:])
+    try:
+        yield
+    finally:
+        gc.set_threshold(*usual)
 
 
 WARM_UP_S = 4.0

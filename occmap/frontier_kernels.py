@@ -198,7 +198,7 @@ def cluster(mask, listed, max_extent):
     flat, nx = mask.reshape(-1), mask.shape[1]
     order, room = np.empty_like(listed), np.empty_like(listed)
     ends, cuts = np.empty(listed.shape[0], np.int64), np.empty(listed.shape[0] + 1, np.int64)
-    groups, start = 0, 0
+    groups, start = NONE, NONE
     for seed in listed:
         if flat[seed] != FRONTIER:
             continue

@@ -132,13 +132,6 @@ def record_flips(odds, states, first, model, flips, was, n):
 
 
 @njit(cache=True)
-def spend(window, patch, hits, log_odds, state, model, flips, was):
-    """Turn votes into belief and clear the window; returns the number of cells whose state changed."""
-    n = spend_hits(window, patch, hits, log_odds, state, model, flips, was)
-    return sweep_misses(window, patch, log_odds, state, model, flips, was, n)
-
-
-@njit(cache=True)
 def integrate_lines(window, patch, log_odds, state, points, hit, model, hits, flips, was):
     """Spend one scan of thin beams; points (1 + n, 2) are the sensor and the beams' ends in window cells.
 
@@ -146,11 +139,13 @@ def integrate_lines(window, patch, log_odds, state, points, hit, model, hits, fl
     they left. hits, flips and was are room to work in.
     """
     n_hits = lines(window, patch.stride, points, hit, model.alpha, hits)
-    return spend(window, patch, hits[:n_hits], log_odds, state, model, flips, was)
+    n = spend_hits(window, patch, hits[:n_hits], log_odds, state, model, flips, was)
+    return sweep_misses(window, patch, log_odds, state, model, flips, was, n)
 
 
 @njit(cache=True)
 def integrate_cones(window, patch, log_odds, state, points, hit, model, hits, flips, was):
     """Spend one scan of beams that open by model.half_width to either side; the rest as integrate_lines."""
     n_hits = cones(window, patch.stride, points, hit, model.half_width, model.alpha, hits)
-    return spend(window, patch, hits[:n_hits], log_odds, state, model, flips, was)
+    n = spend_hits(window, patch, hits[:n_hits], log_odds, state, model, flips, was)
+    return sweep_misses(window, patch, log_odds, state, model, flips, was, n)
