@@ -64,6 +64,8 @@ class ExperimentConfig:
     """Multiplies every error of the wheels' odometry: 0 none."""
     time_limit_s: float = 7200.0
     """Simulated time after which the run ends, done or not."""
+    oracle: bool = False
+    """Afterwards, work out how short the way could have been for somebody who knows the building."""
     explorer: Annotated[ExplorerOptions, tyro.conf.arg(name="")] = field(default_factory=ExplorerOptions)
     slam: Annotated[SlamConfig, tyro.conf.Suppress] = field(default_factory=SlamConfig)
     building: BuildingConfig = field(default_factory=BuildingConfig)

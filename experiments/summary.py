@@ -7,7 +7,7 @@ import math
 import platform
 import resource
 import struct
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from importlib import metadata
 from typing import Any
 
@@ -65,6 +65,9 @@ class Summary:
     peak_memory_mb: float
     map_sha256: str
     versions: dict[str, str]
+    oracle_m: float | None
+    oracle_lower_bound_m: float | None
+    competitive_ratio: float | None
 
 
 def summarise(run: Run) -> Summary:
@@ -104,6 +107,7 @@ def summarise(run: Run) -> Summary:
         peak_memory_mb=peak_memory_mb(),
         map_sha256=map_sha256(run.last.grid),
         versions=versions(),
+        **oracle_figures(run),
     )
 
 
@@ -120,6 +124,17 @@ def _honest(run: Run) -> bool:
         scorer.world_from_map,
         lambda: floor_in_reach(scorer.truth, world),
     )
+
+
+def oracle_figures(run: Run) -> dict[str, float | None]:
+    """How short the way could have been, if that was asked for; doors that close leave no answer."""
+    config = run.experiment.config
+    is_asked = config.oracle and config.faults.close_doors_at_s is None
+    if not is_asked or run.outcome is Outcome.INTERRUPTED:
+        return dict.fromkeys(("oracle_m", "oracle_lower_bound_m", "competitive_ratio"))
+    from experiments.oracle.figures import oracle_of  # compiles for some seconds
+
+    return asdict(oracle_of(run))
 
 
 def milestone(samples: list[Sample], explored: float) -> dict[str, float] | None:

@@ -17,8 +17,6 @@ Ints = NDArray[np.int32]
 
 MOST_NODES, MOST_PLACES = 40_000, 4_000
 """The lattices below are no finer than these allow, however large the building."""
-LOOK_EVERY = 2
-"""Cells of a way from one look to the next; the lidar looks from every one of them, at walking pace."""
 LEAST_SEEN = 0.998
 """Share of the samples that must be in sight of the places: otherwise the lattices were too coarse."""
 
@@ -126,8 +124,7 @@ class Floor:
         from experiments.oracle import floor_kernels as kernels
 
         once = way[np.any(np.diff(way, axis=0, prepend=-1) != 0, axis=1)]
-        thinned = np.concatenate((once[:-1][::LOOK_EVERY], once[-1:]))
-        seen = kernels.cells_seen(self.free, self._wanted, thinned, self.reach)
+        seen = kernels.cells_seen(self.free, self._wanted, once, self.reach)
         return seen / np.count_nonzero(self._wanted)
 
 

@@ -1,0 +1,191 @@
+"""An oracle's tour sees enough, is no longer than a way given, and is the known one where that is known."""
+
+import json
+from itertools import pairwise, permutations
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from experiments.config import ExperimentConfig
+from experiments.experiment import prepare
+from experiments.maps import write_truth
+from experiments.oracle.__main__ import main
+from experiments.oracle.bound import path_bound, spanning_tree
+from experiments.oracle.floor import Floor
+from experiments.oracle.samples import chances
+from experiments.oracle.search import Seen, TourSearch
+from experiments.oracle.tour import ENOUGH, OracleConfig, metres, near_shortest_tour, seen_along
+from experiments.oracle.ways import Ways
+from experiments.run import run
+from experiments.summary import summarise
+from experiments.tum_file import Trajectory, write_tum
+from occmap.geometry import Pose2
+from occmap.pgm import write_pgm
+from sim.truth import TruthGrid, explorable
+from tests.ascii_maps import ascii_map
+
+RESOLUTION_M, BODY_M = 0.1, 0.17
+FEW = OracleConfig(rounds=15, more_rounds=10)
+
+FOUR_ROOMS = """####################
+                #....#........#....#
+                #....#........#....#
+                #..................#
+                #....#........#....#
+                #....#........#....#
+                ###.####....####.###
+                #....#........#....#
+                #....#........#....#
+                #..................#
+                #....#........#....#
+                ####################"""
+
+
+def floor_of(wall: np.ndarray, start: tuple[float, float], range_m: float = 12.0) -> Floor:
+    truth, pose = TruthGrid(RESOLUTION_M, (0.0, 0.0), wall), Pose2(*start, 0.0)
+    return Floor(truth, explorable(truth, pose, BODY_M, range_m), pose, BODY_M, range_m)
+
+
+def drawn(picture: str, cells: int = 5) -> np.ndarray:
+    """Walls of a drawing whose characters are squares of so many cells."""
+    return np.kron(ascii_map(picture) == "#", np.ones((cells, cells), bool))
+
+
+def corridor(length_m: float, width_m: float = 1.0) -> np.ndarray:
+    wall = np.ones((round(width_m / RESOLUTION_M) + 2, round(length_m / RESOLUTION_M) + 2), bool)
+    wall[1:-1, 1:-1] = False
+    return wall
+
+
+@pytest.fixture(scope="module")
+def rooms() -> Floor:
+    return floor_of(drawn(FOUR_ROOMS), (5.0, 1.5))
+
+
+def test_a_room_in_sight_from_the_start_needs_no_way():
+    oracle = near_shortest_tour(floor_of(corridor(6.0, 4.0), (2.0, 2.0)), config=FEW)
+    assert oracle.length_m == 0.0
+    assert oracle.lower_bound_m == 0.0
+    assert oracle.seen == 1.0
+
+
+@pytest.mark.parametrize(("start_m", "known_m"), [(1.0, 23.85), (10.0, 10.0 - 5.0 + 20.0 - 5.0 - 0.15)])
+def test_in_a_corridor_the_shortest_way_is_known(start_m, known_m):
+    """With a range of 5 m, all but 15 cm of 30 m: to the far end less the range, the near end first."""
+    oracle = near_shortest_tour(floor_of(corridor(30.0), (start_m, 0.6), range_m=5.0), config=FEW)
+    turn_m = 0.0 if start_m < 5.0 else 5.0  # there and back
+    assert oracle.length_m == pytest.approx(known_m + turn_m, abs=0.35)
+    assert 0.85 * (30.0 - 5.0 - start_m - 0.25) < oracle.lower_bound_m <= oracle.length_m
+
+
+def test_a_tour_is_seen_to_see_enough_by_the_definition_of_explorable(rooms):
+    oracle = near_shortest_tour(rooms, config=FEW)
+    assert ENOUGH <= oracle.seen == seen_along(rooms, oracle.path)
+    cells = rooms.cells_of(oracle.path) - 1
+    assert np.all(~rooms.truth.wall[cells[:, 1], cells[:, 0]])
+    assert np.allclose(oracle.path[0], (5.05, 1.55), atol=0.06)
+    assert np.hypot(*np.diff(oracle.path, axis=0).T).max() <= RESOLUTION_M + 1e-9
+    assert 0.0 < oracle.lower_bound_m < oracle.length_m == pytest.approx(metres(oracle.path))
+
+
+def test_the_same_seed_gives_the_same_tour(rooms):
+    one, other = (near_shortest_tour(rooms, config=FEW) for _ in range(2))
+    assert np.array_equal(one.path, other.path)
+
+
+def test_a_tour_is_never_longer_than_a_trail_that_sees_enough(rooms):
+    best = near_shortest_tour(rooms, config=FEW)
+    hasty = OracleConfig(rounds=0, more_rounds=0)
+    assert near_shortest_tour(rooms, config=hasty).length_m >= best.length_m
+    assert near_shortest_tour(rooms, [best.path], hasty).length_m <= best.length_m
+
+
+def test_a_trail_that_sees_too_little_is_no_answer(rooms):
+    stands = np.array([(5.05, 1.55), (5.05, 1.65)])
+    oracle = near_shortest_tour(rooms, [stands], FEW)
+    assert oracle.length_m > metres(stands)
+    assert oracle.seen >= ENOUGH
+
+
+def test_what_a_search_counts_is_what_it_would_count_afresh(rooms):
+    ways = Ways(rooms)
+    search = TourSearch(rooms, ways, 0.99, np.random.default_rng(1))
+    stops = search.improved([rooms.start_place], rounds=3)
+    seen = Seen(rooms, ways, stops[:3])
+    before = seen.gain().copy()
+    seen.replace([], stops[2:])
+    after = Seen(rooms, ways, stops)
+    assert np.array_equal(seen.counts, after.counts)
+    assert seen.weight == after.weight >= search.needed
+    assert np.array_equal(seen.gain(), after.gain())
+    assert not np.array_equal(before, seen.gain())
+
+
+def test_ways_are_the_same_there_and_back(rooms):
+    ways = Ways(rooms)
+    far = int(np.argmax(ways.distance_m(rooms.start_place)))
+    there, back = ways.leg(rooms.start_place, far), ways.leg(far, rooms.start_place)
+    assert there is back
+    straight_m = np.hypot(*(rooms.places[far] - rooms.places[rooms.start_place])) * RESOLUTION_M
+    assert straight_m <= there.length_m <= ways.distance_m(far)[rooms.start_place] + 1e-4
+
+
+def test_a_bound_on_paths_is_below_the_shortest_and_above_the_tree():
+    rng = np.random.default_rng(3)
+    points = rng.uniform(0.0, 10.0, (7, 2))
+    away = np.hypot(*(points[:, None] - points[None]).transpose(2, 0, 1))
+    shortest = min(sum(away[a, b] for a, b in pairwise((0, *order))) for order in permutations(range(1, 7)))
+    tree, degree = spanning_tree(away)
+    assert degree.sum() == 2 * 6
+    assert tree <= path_bound(away) <= shortest + 1e-9
+    assert path_bound(np.zeros((1, 1))) == 0.0
+
+
+def test_chances_add_up_and_none_is_more_than_certain():
+    chance = chances(np.array([100.0, 1.0, 1.0, 1.0, 1.0]), 3)
+    assert chance.max() == 1.0
+    assert chance.sum() == pytest.approx(3.0, abs=0.5)
+
+
+def leave_run(folder, floor: Floor, trail: np.ndarray) -> None:
+    """What a finished run's folder holds, as far as an oracle reads it."""
+    write_truth(floor.truth, folder / "truth")
+    mask = explorable(floor.truth, Pose2(*trail[0], 0.0), BODY_M, floor.range_m)
+    write_pgm(folder / "explorable.pgm", np.where(mask[::-1], 255, 0).astype(np.uint8))
+    poses = np.column_stack((trail, np.zeros(len(trail))))
+    write_tum(folder / "truth.tum", Trajectory(0.1 * np.arange(len(trail)), poses))
+    (folder / "config.json").write_text(json.dumps({"lidar": {"max_range_m": floor.range_m}}))
+
+
+def test_the_command_answers_for_runs_of_one_task_together(tmp_path, capsys, rooms):
+    short = near_shortest_tour(rooms, config=FEW).path
+    long = np.concatenate((short, short[::-1]))
+    for name, trail in (("long", long), ("short", short)):
+        (tmp_path / name).mkdir()
+        leave_run(tmp_path / name, rooms, trail)
+    assert main([str(tmp_path / "long"), str(tmp_path / "short"), "--rounds", "5"]) == 0
+    answers = [json.loads((tmp_path / name / "oracle.json").read_text()) for name in ("long", "short")]
+    assert answers[0]["oracle_m"] == answers[1]["oracle_m"] <= metres(short) + 1e-6
+    assert answers[0]["competitive_ratio"] == pytest.approx(2.0 * answers[1]["competitive_ratio"])
+    assert answers[1]["competitive_ratio"] >= 1.0
+    assert "short" in capsys.readouterr().out
+
+
+def test_the_command_refuses_what_is_no_run(tmp_path, capsys):
+    assert main([str(tmp_path)]) == 2
+    assert "is not the folder of a run that has ended" in capsys.readouterr().err
+
+
+def test_a_summary_has_the_oracle_that_was_asked_for(tmp_path):
+    plan = tmp_path / "rooms.png"
+    Image.fromarray(np.where(drawn(FOUR_ROOMS)[::-1], 0, 255).astype(np.uint8)).save(plan)
+    asked = ExperimentConfig(
+        plan=plan, plan_resolution_m=RESOLUTION_M, start=(5.0, 1.5, 0.0), time_limit_s=3.0, oracle=True
+    )
+    summary = summarise(run(prepare(asked)))
+    assert summary.status == "time_limit"
+    assert summary.oracle_m is not None
+    assert summary.oracle_lower_bound_m is not None
+    assert 0.0 < summary.oracle_lower_bound_m < summary.oracle_m
+    assert summary.competitive_ratio is None  # it has seen too little to be compared
