@@ -85,12 +85,17 @@ class MapRebuild:
         self._next = 0
 
     def step(self, scans: int) -> bool:
-        """Spend so many scans more; True once all are in."""
-        for mapped in self.scans[self._next : self._next + scans]:
+        """Spend so many scans more, fewer if the grid must grow for one; True once all are in."""
+        last = min(self._next + scans, len(self.scans))
+        shape = self.grid.shape
+        while self._next < last:
+            mapped = self.scans[self._next]
             map_from_lidar = mapped.tracked.in_map(self.map_from_submap) @ mapped.robot_from_lidar
             if self.box.meets(Box.around(*map_from_lidar.position, mapped.reach_m)):
                 self._mapper.insert(mapped.scan, map_from_lidar, self.grid)
-        self._next = min(self._next + scans, len(self.scans))
+            self._next += 1
+            if self.grid.shape != shape and shape != (0, 0):
+                break  # growing copies all of it: enough for one turn
         return self._next == len(self.scans)
 
     def pasted_on(self, live: OccupancyGrid) -> OccupancyGrid:
