@@ -17,7 +17,7 @@ from occmap.grid import Belief
 from tests.occmap.explored_worlds import CELL, FLAT, TWO_ROOMS, Sleepy, exploring
 
 
-@pytest.mark.parametrize("strategy", ["nearest", "utility"])
+@pytest.mark.parametrize("strategy", ["nearest", "utility", "gain_per_cost", "gain_decay", "tour"])
 def test_a_flat_is_explored_to_its_last_corner_without_touching_anything(strategy):
     flat = exploring(FLAT, ExplorerConfig(goals=GoalConfig(strategy=strategy)))
     last = flat.run(300.0)
