@@ -26,8 +26,9 @@ class NearWalls:
         self._model, self._data = model, data
         self._nearby = Nearby(solids, REACH_M, REFILL_M)
         self._near: SolidArrays | None = None
-        slots = [geom for geom in range(model.ngeom) if model.geom(geom).name.startswith("slot_")]
-        self._first, self._end = (slots[0], slots[-1] + 1) if slots else (0, 0)
+        self._end = int(model.body_geomadr[0] + model.body_geomnum[0])  # slots are the worldbody's last geoms
+        slots = [geom for geom in range(self._end) if model.geom(geom).name.startswith("slot_")]
+        self._first = self._end - len(slots)
         model.geom_contype[self._first : self._end] = 0
 
     def surround(self, x_m: float, y_m: float) -> None:
@@ -40,6 +41,7 @@ class NearWalls:
         self._model.geom_contype[self._first : self._end] = 0
         self._model.geom_contype[used] = SOLID_BIT
         write_geoms(self._model, self._data, used, near)
+        self._model.body_geomnum[0] = used.stop - self._model.body_geomadr[0]  # the others are not there
 
 
 def most_around_a_place(solids: SolidArrays) -> int:

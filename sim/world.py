@@ -158,6 +158,8 @@ def _dimensions(model: mujoco.MjModel) -> tuple[float, float, float]:
 def _compile(building: Building, closing: Sequence[Door], slots: int) -> mujoco.MjModel:
     """The robot, the panels that will close, and slots for the solids around the robot (see NearWalls)."""
     spec = building_scene(replace(building, solids=()), closing)
+    for geom in [geom for geom in spec.geoms if geom.contype == geom.conaffinity == geom.mass == 0.0]:
+        spec.delete(geom)  # what is only looked at: every geom costs a step some time
     for number in range(slots):
         add_solid(spec.worldbody, Box(0.0, 0.0, 1.0, 1.0)).name = f"slot_{number}"
     spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_MIDPHASE  # its tree knows nothing of slots
