@@ -111,14 +111,16 @@ class WindowSearch:
         self.is_done = self._next == len(self._order) or (self.window.any_will_do and self.found)
         return left
 
-    def _problem(self, raster: LikelihoodPyramid) -> tuple:
-        guess = self.window.guess
+    def _problem(self, raster: LikelihoodPyramid):
+        """What both kernels are told, in their order."""
+        guess, (origin_x, origin_y) = self.window.guess, self._origin_m
         return (
             raster.buffer,
             raster.starts,
             raster.shapes,
             self._points,
-            *self._origin_m,
+            origin_x,
+            origin_y,
             1.0 / self._cell_m,
             np.array([guess.x_m, guess.y_m, guess.yaw_rad]),
             self._half_angles,
