@@ -17,8 +17,8 @@ import tyro
 if TYPE_CHECKING:
     from experiments.oracle.run_files import FinishedRun
 
-ORACLE = "oracle.json"
-"""The figures, and the tour's corners in `world`."""
+ORACLE, PICTURE = "oracle.json", "oracle.png"
+"""The figures and the tour in `world`, and a picture of both ways."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class OracleCommand:
     """A near-shortest tour that sees 99.5 % of the building, for runs that have ended.
 
     Runs that started from the same pose in the same building share one tour, never longer than any of theirs.
-    Leaves oracle.json in each run's folder. Exit status: 0 done, 2 a mistake.
+    Leaves oracle.json and oracle.png in each run's folder. Exit status: 0 done, 2 a mistake.
     """
 
     runs: Annotated[tuple[Path, ...], tyro.conf.Positional]
@@ -66,6 +66,7 @@ def grouped(folders: Sequence[Path]) -> list[list[FinishedRun]]:
 def answers(runs: list[FinishedRun], command: OracleCommand) -> Iterator[str]:
     """One tour for all of these runs; writes it into each one's folder."""
     from experiments.oracle.figures import compared
+    from experiments.oracle.picture import draw_ways
     from experiments.oracle.tour import OracleConfig, metres, near_shortest_tour
 
     config = OracleConfig(command.rounds, command.rounds, command.seed)
@@ -75,6 +76,7 @@ def answers(runs: list[FinishedRun], command: OracleCommand) -> Iterator[str]:
         figures = compared(oracle, floor, run.trail)
         path = {"seen": oracle.seen, "path_m": oracle.path.round(3).tolist()}
         (run.folder / ORACLE).write_text(json.dumps(asdict(figures) | path) + "\n")
+        draw_ways(run, oracle, metres(run.trail), run.folder / PICTURE)
         ratio = figures.competitive_ratio
         yield (
             f"{str(run.folder)[-31:]:<32}{metres(run.trail):>8.1f} m{oracle.length_m:>8.1f} m"

@@ -28,7 +28,7 @@ class OracleFigures:
 
 def compared(oracle: Oracle, floor: Floor, trail: Points) -> OracleFigures:
     """A trail (n, 2), in `world`, beside an oracle on the same floor."""
-    is_fair = oracle.length_m >= LEAST_M and seen_along(floor, trail) >= ENOUGH
+    is_fair = oracle.length_m >= LEAST_M and min(oracle.seen, seen_along(floor, trail)) >= ENOUGH
     return OracleFigures(
         oracle.length_m, oracle.lower_bound_m, metres(trail) / oracle.length_m if is_fair else None
     )

@@ -11,7 +11,7 @@ import numpy as np
 from experiments.oracle.bound import lower_bound_m
 from experiments.oracle.floor import Floor, Ints
 from experiments.oracle.search import Stops, TourSearch
-from experiments.oracle.ways import Ways, cells_along
+from experiments.oracle.ways import Ways
 from occmap.geometry import Points
 
 ENOUGH = 0.995
@@ -43,7 +43,7 @@ class Oracle:
     path: Points  # (k, 2) corners, the start first
     length_m: float
     seen: float
-    """Share of the explorable area in sight of it."""
+    """Share of the explorable area in sight of it: ENOUGH, unless the lattices cannot see as much."""
     lower_bound_m: float
     """No tour that sees ENOUGH is shorter, see `experiments.oracle.bound`."""
 
@@ -70,7 +70,7 @@ def metres(path: Points) -> float:
 
 def seen_along(floor: Floor, path: Points) -> float:
     """Share of the explorable area in sight of a path (k, 2) in `world`."""
-    return floor.seen_share(cells_along(floor.cells_of(path)))
+    return floor.seen_share(floor.cells_of(divided(path, floor.resolution_m)))
 
 
 def _searched(floor: Floor, trails: Sequence[Points], config: OracleConfig) -> Points:
@@ -82,7 +82,7 @@ def _searched(floor: Floor, trails: Sequence[Points], config: OracleConfig) -> P
         search = TourSearch(floor, ways, wanted, rng)
         best = min((search.improved(stops, rounds) for stops in beginnings), key=search.length_m)
         best = search.improved(best, config.more_rounds)
-        path = floor.world_from(_corners(floor, ways, best))
+        path = divided(floor.world_from(_corners(floor, ways, best)), floor.resolution_m)
         if (lacking := ENOUGH - seen_along(floor, path)) <= 0.0:
             break
         wanted, beginnings, rounds = wanted + lacking + 0.0002, [best], 0
@@ -115,7 +115,7 @@ def _first_metres(path: Points, length_m: float) -> Points:
 
 def _cut_short(floor: Floor, path: Points) -> Points:
     """The path as far as is needed to see ENOUGH."""
-    fine = _divided(path, floor.resolution_m)
+    fine = divided(path, floor.resolution_m)
     cells = floor.cells_of(fine)
     enough, step = len(fine), 8
     while step and enough > 1:
@@ -127,7 +127,7 @@ def _cut_short(floor: Floor, path: Points) -> Points:
     return fine[:enough]
 
 
-def _divided(path: Points, step_m: float) -> Points:
+def divided(path: Points, step_m: float) -> Points:
     """The same path with a point at least every step_m."""
     pieces = [path[:1]]
     for one, other in pairwise(path):

@@ -169,6 +169,7 @@ def test_the_command_answers_for_runs_of_one_task_together(tmp_path, capsys, roo
     assert answers[0]["oracle_m"] == answers[1]["oracle_m"] <= metres(short) + 1e-6
     assert answers[0]["competitive_ratio"] == pytest.approx(2.0 * answers[1]["competitive_ratio"])
     assert answers[1]["competitive_ratio"] >= 1.0
+    assert Image.open(tmp_path / "short" / "oracle.png").width > 500
     assert "short" in capsys.readouterr().out
 
 
