@@ -11,6 +11,9 @@ if TYPE_CHECKING:
     from experiments.episode import Step
     from experiments.scoring import MapScore, Scorer
 
+PROMPT_CELLS = 1_500_000
+"""A building of 60 m x 60 m at 5 cm."""
+
 
 @dataclass(frozen=True)
 class Sample:
@@ -27,14 +30,15 @@ class Sample:
 class ScoreCurve:
     """A recorder that scores the map every period_s of simulated time, and at the end.
 
-    Scoring a whole map costs milliseconds, so it is not done at every scan. Recorders that show a
+    Scoring a whole map costs milliseconds, so it is not done at every scan; of one beyond PROMPT_CELLS it
+    costs so much more that it is done as much less often. Recorders that show a
     score read `latest`; those that draw curves read `samples`.
     """
 
     def __init__(self, scorer: Scorer, period_s: float = 2.0) -> None:
         self.samples: list[Sample] = []
         self._scorer = scorer
-        self._period_s = period_s
+        self._period_s = period_s * max(1.0, scorer.truth.wall.size / PROMPT_CELLS)
 
     @property
     def latest(self) -> Sample:
