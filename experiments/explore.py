@@ -106,6 +106,8 @@ def report(summary: Summary, finished: Run, folder: RunFolder) -> str:
         f"wall error {100.0 * summary.wall_error_m['mean']:.1f} cm, "
         f"{summary.collisions['events']:.0f} collisions",
     ]
+    if summary.competitive_ratio is not None:
+        lines.append(f"{summary.competitive_ratio:.2f} times as far as somebody who knows the building must")
     if not summary.honest:
         lines.append("the robot's last word does not agree with the truth: see `honest` in the summary")
     if finished.fault:
