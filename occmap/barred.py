@@ -12,7 +12,7 @@ from occmap.geometry import Points, Pose2
 from occmap.grid import OccupancyGrid
 from occmap.memory import has_changed_around, known_around
 
-SAME_GAP_M = 0.4
+SAME_GAP_M = 0.15
 """Places where the robot was held up that are nearer to each other are one gap."""
 TRIES = 2
 """A gap is closed once it has held the robot up so often."""
