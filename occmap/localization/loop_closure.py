@@ -26,6 +26,9 @@ class LoopClosureConfig(Positive):
     comparison: ComparisonConfig = field(default_factory=ComparisonConfig)
     work_per_turn: int = 4_000_000
     """Points looked up in one turn of the robot: some milliseconds."""
+    most_waiting: int = 60
+    """Pairs that wait to be compared while the robot drives; the oldest are dropped. In the end, submaps that
+    are far from any loop are compared once more."""
     sure_m: float = 0.5
     """A loop less well predicted than this (standard deviation) needs a witness."""
     surprise: float = 4.0
@@ -77,6 +80,8 @@ class LoopCloser:
         """Queue the comparisons of a finished submap with those before it, unless that was done."""
         if submap not in self._sights:
             self._queue(submap)
+            while len(self.waiting) > self.config.most_waiting:
+                self.waiting.pop()
 
     def propose_lonely(self) -> None:
         """Queue once more the finished submaps far from any loop."""
@@ -99,7 +104,8 @@ class LoopCloser:
         sights_in_map = np.column_stack(
             (x + c * sights[:, 0] - s * sights[:, 1], y + s * sights[:, 0] + c * sights[:, 1])
         )
-        self.waiting.extend(candidates(self.config.candidates, self._graph, sights_in_map, submap))
+        found = candidates(self.config.candidates, self._graph, sights_in_map, submap)
+        self.waiting.extendleft(reversed(found))  # where the robot is now comes first
 
     def step(self) -> bool:
         """A turn's part of the comparisons; True if the graph has new edges."""
