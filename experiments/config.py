@@ -14,7 +14,7 @@ from typing import Annotated, Literal, get_args
 import tyro
 
 from experiments.streams import Streams
-from occmap.explorer import ExplorerConfig
+from occmap.explorer_config import ExplorerConfig, PaceConfig
 from occmap.goals import GoalConfig
 from occmap.grid import GridConfig
 from occmap.localization import SlamConfig
@@ -41,6 +41,8 @@ class ExplorerOptions(ExplorerConfig):
 
     grid: Annotated[GridConfig, tyro.conf.arg(name="map")] = field(default_factory=GridConfig)
     goals: Annotated[GoalOptions, tyro.conf.arg(name="")] = field(default_factory=GoalOptions)
+    pace: PaceConfig = field(default_factory=lambda: PaceConfig(first_look_s=3.0))
+    """Begins with a long look: where the robot stands and heads then is where the whole map lies."""
 
 
 @dataclass(frozen=True)

@@ -25,8 +25,9 @@ class MatcherConfig(Positive):
     """Score that a candidate sqrt(2) standard deviations off the prediction must make up for."""
     prior_cap: float = 0.06
     """The most score that the prediction can cost: wheels may be plain wrong."""
-    sigma_m: float = 0.05
-    """Standard deviation of one point's residual; above the sensor's, since neighbours err together."""
+    sigma_m: float = 0.03
+    """Standard deviation of one point's residual. Above the sensor's, since neighbours err together, but the
+    larger it is, the more a wheel that is too small pulls the poses, and with them the map, to its side."""
     wide_m: float = 0.15
     """Scale of the robust loss at first."""
     narrow_m: float = 0.10

@@ -73,6 +73,11 @@ class Submap:
         (x, y), (new_x, new_y) = self.centre, submap_from_robot.position
         self.centre = x + (new_x - x) / self.scans, y + (new_y - y) / self.scans
 
+    def insert_again(self, cloud: Cloud) -> None:
+        """Another look from the origin, to average out its noise; it does not count as a scan."""
+        self.surfels.insert(cloud)
+        self.raster.insert(cloud.walls)
+
     def finish(self) -> None:
         """Nothing is inserted from now on: keep the surfels, give up the working memory."""
         self.cloud = self.surfels.finished_rows()

@@ -25,13 +25,21 @@ class TrackerConfig(Positive):
     """A scan is inserted once the robot has driven this far since the last one."""
     insert_every_rad: float = 0.17
     """Or has turned this far."""
-    first_scans: int = 10
-    """So many are inserted at the very start whatever the motion: the map's frame hangs on them."""
-    scans_per_half: int = 12
+    first_scans: int = 30
+    """Until the robot first moves, at most so many are averaged: the map's frame hangs on their mean."""
+    still_m: float = 0.003
+    """The wheels stand while they have not gone farther than this from the start: encoders flicker."""
+    still_rad: float = 0.004
+    """Nor turned farther."""
+    still_fit_m: float = 0.015
+    """And the scans agree that nothing moved, to their noise."""
+    still_fit_rad: float = 0.012
+    """The same, of their turn."""
+    scans_per_half: int = 20
     """A new submap starts after so many inserted scans, and is full after twice as many."""
     view_every: int = 5
     """Every so many inserted scans one is kept, to tell what was seen through."""
-    drift_share: float = 0.10
+    drift_share: float = 0.28
     """Part of an inserted scan's covariance that adds to the drift between two submaps."""
     drift_m: float = 0.004
     """Standard deviation of the drift between two submaps even where every match is perfect."""
@@ -75,6 +83,8 @@ class Tracker:
         self.last_step = Pose2.identity()
         """previous_robot_from_robot, as tracked."""
         self._drift = np.zeros((3, 3))  # covariance since the youngest submap began, in its frame
+        self._still: Pose2 | None = Pose2.identity()  # the wheels' word since the start, until they move
+        self._first_scans = 0
 
     @property
     def reference(self) -> int:
@@ -91,6 +101,8 @@ class Tracker:
             self._begin_submap(scan)
         guess = self._pose @ prediction.step
         match = self.matcher.match(cloud, self.submaps[self.reference], guess, prediction)
+        if self._stands_at_the_start(prediction, match):
+            return self._look_again(cloud)
         self.last_step = self._pose.inverse() @ match.submap_from_robot
         self._pose = match.submap_from_robot
         tracked = Tracked(
@@ -103,6 +115,24 @@ class Tracker:
                 self._begin_submap(scan)
                 self._insert_into(self.submaps[-1], Pose2.identity(), cloud, scan, robot_from_lidar)
         return tracked
+
+    def _stands_at_the_start(self, prediction: Prediction, match: Match) -> bool:
+        """Whether neither wheels nor scans have seen the robot move so far."""
+        c = self.config
+        if self._still is not None:
+            self._still = self._still @ prediction.step
+            wheels_stand = is_within(self._still, c.still_m, c.still_rad)
+            if not (wheels_stand and is_within(match.submap_from_robot, c.still_fit_m, c.still_fit_rad)):
+                self._still = None
+        return self._still is not None
+
+    def _look_again(self, cloud: Cloud) -> Tracked:
+        """The robot still stands at the map's origin: one more look at the same, to average out the noise."""
+        self._first_scans += 1
+        if self._first_scans < self.config.first_scans:
+            self.submaps[0].insert_again(cloud)
+        self.last_step = Pose2.identity()
+        return Tracked(0, self._pose, self._pose, 0.0)
 
     def finish(self) -> list[int]:
         """Nothing more comes for now: close the growing submaps; returns their numbers."""
@@ -119,11 +149,8 @@ class Tracker:
         return self.submaps[-1].scans / self.config.scans_per_half if len(self.submaps) > 1 else 0.0
 
     def _moved_enough(self) -> bool:
-        if self.submaps[0].scans < self.config.first_scans:
-            return True
         moved = self._last_inserted.inverse() @ self._pose
-        metres = math.hypot(moved.x_m, moved.y_m)
-        return metres > self.config.insert_every_m or abs(moved.yaw_rad) > self.config.insert_every_rad
+        return not is_within(moved, self.config.insert_every_m, self.config.insert_every_rad)
 
     def _insert(self, cloud: Cloud, scan: Scan, robot_from_lidar: Pose2) -> None:
         self._last_inserted = self._pose
@@ -161,3 +188,8 @@ class Tracker:
     def _add_drift(self, match: Match) -> None:
         turned = axes(self.younger_from_older().yaw_rad)
         self._drift += self.config.drift_share * turned @ np.linalg.inv(match.posterior) @ turned.T
+
+
+def is_within(step: Pose2, metres: float, rad: float) -> bool:
+    """Whether a step goes no farther, and turns no farther, than this."""
+    return math.hypot(step.x_m, step.y_m) <= metres and abs(step.yaw_rad) <= rad

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from occmap.geometry import Pose2
-from occmap.localization import SlamLocalizer
+from occmap.localization import SlamConfig, SlamLocalizer
 from occmap.localization.map_localizer import MapLocalizer
 from occmap.localization.state_file import load, save
+from occmap.localization.told_map import ToldMapConfig
 from occmap.mapper import Mapper
 from tests.occmap.localization.drives import RING, RING_LAP, drive, errors_m, observe, scan_at
 
@@ -50,7 +51,8 @@ def test_the_same_stream_gives_the_same_trajectory_to_the_bit(ring):
 
 
 def test_what_was_handed_over_and_inserted_since_is_the_map(ring):
-    slam, mapper, grid, shifts = SlamLocalizer(), Mapper(), None, []
+    often = SlamConfig(told=ToldMapConfig(moved_m=0.01))
+    slam, mapper, grid, shifts = SlamLocalizer(often), Mapper(), None, []
     for seen in ring:
         estimate = slam.update(seen)
         if estimate.grid is not None:
