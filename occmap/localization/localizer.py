@@ -7,6 +7,7 @@ from typing import Protocol
 
 from occmap.geometry import Pose2
 from occmap.grid import OccupancyGrid
+from occmap.localization.undistortion import undistorted
 from occmap.scan import Observation, Scan
 
 
@@ -39,8 +40,20 @@ class OdometryLocalizer:
 
     def __init__(self) -> None:
         self._map_from_odom: Pose2 | None = None
+        self._last: Observation | None = None
 
     def update(self, seen: Observation) -> Estimate:
         if self._map_from_odom is None:
             self._map_from_odom = seen.odom_from_robot.inverse()
-        return Estimate(self._map_from_odom @ seen.odom_from_robot)
+        scan = self._undistorted(seen)
+        self._last = seen
+        return Estimate(
+            self._map_from_odom @ seen.odom_from_robot, scan=None if scan is seen.scan else scan
+        )
+
+    def _undistorted(self, seen: Observation) -> Scan:
+        """The scan as seen from one place, as far as the wheels know."""
+        if self._last is None:
+            return seen.scan
+        step = self._last.odom_from_robot.inverse() @ seen.odom_from_robot
+        return undistorted(seen.scan, seen.robot_from_lidar, step, seen.time_s - self._last.time_s)

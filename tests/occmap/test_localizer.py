@@ -25,3 +25,14 @@ def test_odometry_is_repeated_in_the_frame_of_the_first_pose():
     assert estimate.map_from_robot.yaw_rad == pytest.approx(move.yaw_rad)
     assert estimate.insert
     assert estimate.grid is None
+
+
+def test_beams_cast_on_the_move_are_seen_from_where_the_robot_is():
+    """Half a metre in a turn of one second, towards a wall that the first beam still found farther away."""
+    localizer, bearings, times = OdometryLocalizer(), np.zeros(2), np.array([-1.0, 0.0])
+    for k, ranges in enumerate(([3.5, 3.0], [3.0, 2.5])):
+        scan = Scan(bearings, np.array(ranges), 10.0, beam_times_s=times)
+        seen = Observation(float(k), Pose2(0.5 * k, 0.0, 0.0), scan, Pose2.identity())
+        estimate = localizer.update(seen)
+    assert estimate.scan is not None
+    assert estimate.scan.ranges_m == pytest.approx([2.5, 2.5])
