@@ -40,7 +40,7 @@ SPECK_M = 0.35
 class GoalConfig:
     """How the explorer values what it could look at."""
 
-    strategy: Strategy = "nearest"
+    strategy: Strategy = "tour"
     """nearest: the frontier with the shortest way to it. utility: lambda * gain - cost. gain_per_cost and
     gain_decay: gain / cost and gain * exp(-cost / 10 m). tour: the first on the best way through all."""
     lambda_m_per_m2: float = 1.0

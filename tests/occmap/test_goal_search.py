@@ -13,6 +13,7 @@ from occmap.memory import FailedLooks
 from tests.occmap.goal_scenes import Scene
 
 MAX_RANGE_M = 12.0
+NEAREST = GoalConfig(strategy="nearest")
 
 
 class Searching(Scene):
@@ -56,14 +57,14 @@ DETOUR = """#########################
 
 def test_nearest_is_by_the_way_and_not_by_the_crow():
     """The frontier behind the wall is 1.5 m away as the crow flies and the other one 2.5 m."""
-    scene = Searching(DETOUR, start=(11, 7))
+    scene = Searching(DETOUR, start=(11, 7), config=NEAREST)
     best = scene.run().best
     assert best is not None
     assert best.frontier.centroid_in_map[0] < 1.0
 
 
 def test_a_flood_is_no_wider_than_proves_the_best():
-    scene = Searching(DETOUR, start=(3, 10))
+    scene = Searching(DETOUR, start=(3, 10), config=NEAREST)
     assert scene.run().best is not None
     assert scene.bounds_m == [4.0]
 
@@ -92,7 +93,7 @@ TWO_ENDS = """############################
 
 @pytest.mark.parametrize(("start", "stays"), [((11, 2), True), ((6, 2), False)])
 def test_a_goal_is_kept_unless_another_is_better_by_the_hysteresis(start, stays):
-    config = GoalConfig(hysteresis_m=2.0, look_from_m=(1.0,), look_into_m=(0.25,))
+    config = GoalConfig("nearest", hysteresis_m=2.0, look_from_m=(1.0,), look_into_m=(0.25,))
     scene = Searching(TWO_ENDS, start=(13, 2), config=config)
     right = max(scene.run().goals, key=lambda goal: goal.viewpoint_in_map)
     scene.start = start
@@ -105,7 +106,7 @@ def test_hysteresis_holds_across_the_bound_of_a_flood():
     """The pursued goal lies just beyond 4 m, its rival just within: a flood of 4 m knows only the latter."""
     corridor = "?" + 34 * "." + "?"
     picture = "\n".join([36 * "#", corridor, corridor, corridor, 36 * "#"])
-    config = GoalConfig(look_from_m=(0.25,), look_into_m=(0.25,))
+    config = GoalConfig("nearest", look_from_m=(0.25,), look_into_m=(0.25,))
     scene = Searching(picture, config=config, start=(17, 2))
     right = max(scene.run().goals, key=lambda goal: goal.viewpoint_in_map)
     scene.start = (16, 2)
@@ -114,6 +115,36 @@ def test_hysteresis_holds_across_the_bound_of_a_flood():
     chosen = scene.run(pursued=right).best
     assert chosen is not None
     assert chosen.viewpoint_in_map == right_now.viewpoint_in_map
+
+
+NEAREST_IN_BETWEEN = """##############################??################################
+                        ?..............................................................?
+                        ?..............................................................?
+                        ?..............................................................?
+                        ################################################################"""
+
+
+def test_a_tour_passes_the_nearest_by_if_it_comes_by_again():
+    """The niche is 2.8 m to the right, the short end 4.8 m to the left; the long end beyond the niche."""
+    on_tour, greedy = (
+        Searching(
+            NEAREST_IN_BETWEEN, (19, 2), config=GoalConfig(strategy, look_from_m=(0.5,), look_into_m=(0.25,))
+        )
+        for strategy in ("tour", "nearest")
+    )
+    best = on_tour.run().best
+    assert best is not None
+    assert best.frontier.centroid_in_map[0] < 1.0
+    assert greedy.run().best.frontier.centroid_in_map[0] > 7.0
+    on_tour.fail(best)
+    assert on_tour.run().best.frontier.centroid_in_map[0] > 7.0
+
+
+def test_what_no_tour_gets_to_is_sought_without_one():
+    scene = Searching(
+        slot_room(), (10, 10), resolution_m=0.05, body=None, config=GoalConfig("tour", min_nook_m=9.0)
+    )
+    assert scene.run().best.viewpoint_in_map[0] < 1.0
 
 
 def test_specks_never_attract():
