@@ -47,9 +47,7 @@ class OdometryLocalizer:
             self._map_from_odom = seen.odom_from_robot.inverse()
         scan = self._undistorted(seen)
         self._last = seen
-        return Estimate(
-            self._map_from_odom @ seen.odom_from_robot, scan=None if scan is seen.scan else scan
-        )
+        return Estimate(self._map_from_odom @ seen.odom_from_robot, scan=None if scan is seen.scan else scan)
 
     def _undistorted(self, seen: Observation) -> Scan:
         """The scan as seen from one place, as far as the wheels know."""
