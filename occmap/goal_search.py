@@ -8,6 +8,9 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
+import numpy as np
+from numpy.typing import NDArray
+
 from occmap.frontiers import Frontier, FrontierConfig, FrontierMap
 from occmap.goals import SAME_GOAL_M, Goal, GoalChooser, best_of
 from occmap.memory import FailedLooks
@@ -27,6 +30,10 @@ FAR_LOOKS = 2
 """A frontier that can only be seen from afar is given up after so many looks."""
 NEAR_M = 5.0
 """No viewpoint is farther from the middle of its frontier: half a frontier's extent and the look."""
+LARGE_CELLS = 1_000_000
+"""From so many cells in reach on it pays to remember where there was nothing to look at."""
+TRUSTED_RUNS = 20
+"""So many searches rely on that memory before all is looked at again."""
 DETOUR = 1.3
 """By this factor a way may be longer than it looks on a coarse map."""
 
@@ -40,12 +47,23 @@ class Search:
     wave: Wavefront
 
 
+@dataclass
+class Leftovers:
+    """What a search of all that is in reach has left: frontiers without any goal, and edges with nooks."""
+
+    hopeless: dict[int, Frontier]  # by their ids, and kept, so that these stay theirs
+    edges: list[Frontier]
+    state: NDArray[np.uint8]  # the array they are cells of
+    trust: int = TRUSTED_RUNS
+
+
 class GoalSearch:
     """Looks for viewpoints in widening floods, and only when there is none near a frontier, from afar."""
 
     def __init__(self, chooser: GoalChooser, looks: FailedLooks) -> None:
         self.chooser = chooser
         self.looks = looks
+        self._leftovers: Leftovers | None = None
         self._tour = Tour(chooser.config.tour) if chooser.config.strategy == "tour" else None
 
     def run(
@@ -64,13 +82,50 @@ class GoalSearch:
         without a goal is over a flood of all that can be reached.
         """
         bounds_m = BOUNDS_M[1:] if widely else BOUNDS_M
+        found = self._among_leftovers(frontiers, grid, flood, bounds_m, max_range_m, pursued)
+        if found is not None:
+            return found
         look = self._widening if self._tour is None else partial(self._along_tour, self._tour)
         goals, wave = look(frontiers, grid, flood, bounds_m, pursued)
         if not goals:
             goals = self._from_afar(list(self._worth_a_look(frontiers, grid)), grid, wave, max_range_m)
         if not goals:
-            goals = self._nooks(grid, wave, max_range_m)
+            edges = self._edges(grid)
+            goals = self._into_nooks(edges, grid, wave, max_range_m)
+            if wave.n_reached > LARGE_CELLS:
+                self._leftovers = Leftovers({id(each): each for each in frontiers}, edges, grid.state)
         return Search(self._prefer(goals, pursued), tuple(goals), wave)
+
+    def _among_leftovers(
+        self,
+        frontiers: Sequence[Frontier],
+        grid: OccupancyGrid,
+        flood: Flood,
+        bounds_m: Sequence[float],
+        max_range_m: float,
+        pursued: Goal | None,
+    ) -> Search | None:
+        """A goal near the end of a large building: at frontiers new since all were hopeless, or at nooks.
+
+        To look at all of it again for each of its last nooks would take as long as the rest. None if there
+        is no goal like that, or it is time to look at all again.
+        """
+        left = self._leftovers
+        if left is None or left.trust == 0 or left.state is not grid.state:
+            self._leftovers = None
+            return None
+        left.trust -= 1
+        new = [frontier for frontier in frontiers if id(frontier) not in left.hopeless]
+        for bound_m in bounds_m:
+            wave = flood(bound_m)
+            near = _within(new, grid, wave, bound_m + NEAR_M)
+            goals = self._from_near(self._worth_a_look(near, grid), grid, wave)
+            if not goals:
+                mouths = _within(left.edges, grid, wave, bound_m + max_range_m)
+                goals = self._into_nooks(mouths, grid, wave, max_range_m)
+            if goals and not self._may_widening_help(bound_m, goals, pursued):
+                return Search(self._prefer(goals, pursued), tuple(goals), wave)
+        return None
 
     def unvisited(
         self, frontiers: Sequence[Frontier], grid: OccupancyGrid, wave: Wavefront, max_range_m: float
@@ -207,13 +262,19 @@ class GoalSearch:
                 return goals
         return []
 
-    def _nooks(self, grid: OccupancyGrid, wave: Wavefront, max_range_m: float) -> list[Goal]:
-        """Slits and corners between obstacles: rims that hide something; the frontier map leaves rims out."""
+    def _edges(self, grid: OccupancyGrid) -> list[Frontier]:
+        """Every edge of the unknown long enough for a nook; the frontier map leaves walls' rims out."""
         every_edge = FrontierMap(FrontierConfig(ignore_rim=False))
         every_edge.rebuild(grid)
+        return every_edge.clusters(grid, self.chooser.config.least_nook_m(grid.frame.resolution_m))
+
+    def _into_nooks(
+        self, edges: Iterable[Frontier], grid: OccupancyGrid, wave: Wavefront, max_range_m: float
+    ) -> list[Goal]:
+        """Slits and corners between obstacles: rims that hide something."""
         found = (
             self.chooser.goal_into_nook(edge, grid, wave, 0.5 * max_range_m)
-            for edge in every_edge.clusters(grid, self.chooser.config.least_nook_m(grid.frame.resolution_m))
+            for edge in edges
             if not self.looks.at(edge, grid)
         )
         return [goal for goal in found if goal is not None]

@@ -28,6 +28,13 @@ def test_a_flat_is_explored_to_its_last_corner_without_touching_anything(strateg
     assert last.twist == Twist2.zero()
 
 
+def test_a_world_taken_for_a_large_one_is_explored_to_its_last_corner_too(monkeypatch):
+    monkeypatch.setattr("occmap.goal_search.LARGE_CELLS", 0)
+    flat = exploring(FLAT)
+    assert flat.run(300.0).status is Status.COMPLETE
+    assert flat.explored() > 0.99
+
+
 def test_the_same_world_is_explored_the_same_way():
     first, again = exploring(FLAT), exploring(FLAT)
     first.run(25.0)

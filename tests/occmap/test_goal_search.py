@@ -222,3 +222,17 @@ def test_unvisited_are_those_that_could_still_be_looked_into():
     scene.fail(left, times=3)
     (other,) = scene.search.unvisited(scene.frontiers, scene.grid, scene.flood(), MAX_RANGE_M)
     assert other.centroid_in_map[0] > 4.0
+
+
+@pytest.mark.parametrize("tries", [0, 3])
+def test_what_is_remembered_of_a_large_building_changes_nothing_while_that_stays_the_same(monkeypatch, tries):
+    found = []
+    for large_cells in (10**9, 0):
+        monkeypatch.setattr("occmap.goal_search.LARGE_CELLS", large_cells)
+        scene = Searching(DETOUR, start=(11, 7))
+        for frontier in scene.frontiers:
+            goal = scene.chooser.goal_for(frontier, scene.grid, scene.flood(math.inf), 2.5, 1.0)
+            scene.fail(goal, times=tries if goal is not None else 0)
+        goals = [scene.run().best for _ in range(25)]
+        found.append([None if goal is None else goal.viewpoint_in_map for goal in goals])
+    assert found[0] == found[1]
