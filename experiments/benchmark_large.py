@@ -60,7 +60,7 @@ def large(seed: int) -> Iterator[Figure]:
 
 def costs(building: BuildingConfig, seed: int) -> Costs:
     """Explore one building to the end."""
-    experiment = prepare(ExperimentConfig(seed=seed, building=building))
+    experiment = prepare(ExperimentConfig(seed=seed, pose="truth", building=building))
     warm_up(experiment.config)
     watch, begun = Stopwatch(), time.thread_time()
     (last,) = deque(episode(experiment.robot, experiment.explorer, LIMIT_S, watch), maxlen=1)

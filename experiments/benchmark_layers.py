@@ -19,7 +19,7 @@ SIDES_M = (40.0, 100.0, 200.0)
 
 def layers(seed: int) -> Iterator[Figure]:
     """The scans with which an exploration of the default office begins."""
-    scans = seen_by(prepare(ExperimentConfig(seed=seed)), 600)
+    scans = seen_by(prepare(ExperimentConfig(seed=seed, pose="truth")), 600)
     yield from integration(scans)
     for side_m in SIDES_M:
         times = time_kernels(scans, side_m)

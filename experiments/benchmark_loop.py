@@ -21,7 +21,7 @@ STAGES = ("physics", "lidar", "localization", "mapping", "frontiers", "planning"
 
 def loop(seed: int) -> Iterator[Figure]:
     """The default office from beginning to end, and the world alone in the same office."""
-    experiment = prepare(ExperimentConfig(seed=seed))
+    experiment = prepare(ExperimentConfig(seed=seed, pose="truth"))
     warm_up(experiment.config)
     robot, watch = experiment.robot, Stopwatch()
     wall, cpu = time.perf_counter(), time.process_time()
@@ -42,7 +42,7 @@ def recording(seed: int) -> Iterator[Figure]:
     """Two minutes of the same office with the recording on."""
     from experiments.recorders.rerun_recorder import RerunRecorder
 
-    experiment = prepare(ExperimentConfig(seed=seed, time_limit_s=120.0))
+    experiment = prepare(ExperimentConfig(seed=seed, pose="truth", time_limit_s=120.0))
     with tempfile.TemporaryDirectory() as place:
         file = Path(place) / "recording.rrd"
         setting, truth = experiment.setting, experiment.scorer.truth

@@ -25,7 +25,8 @@ def two_rooms(folder: Path, gap_cells: int) -> Path:
 
 
 def explored_from_the_left(plan: Path) -> Summary:
-    config = ExperimentConfig(seed=2, plan=plan, plan_resolution_m=0.05, start=(1.5, 2.0, 0.4))
+    start = (1.5, 2.0, 0.4)
+    config = ExperimentConfig(seed=2, pose="truth", plan=plan, plan_resolution_m=0.05, start=start)
     return summarise(run(prepare(config)))
 
 

@@ -5,7 +5,7 @@ The figures are lower bounds of what was measured when this was written, with a 
 
 import pytest
 
-from experiments.config import ExperimentConfig
+from experiments.config import ExperimentConfig, PoseSource
 from experiments.experiment import prepare
 from experiments.run import Run, run
 from experiments.summary import Summary, summarise
@@ -21,8 +21,11 @@ SMALL: dict[Kind, tuple[float, float]] = {
 }
 
 
-def explored(kind: Kind) -> tuple[Run, Summary]:
-    config = ExperimentConfig(seed=11, building=BuildingConfig(kind, size_m=SMALL[kind]), time_limit_s=1200.0)
+def explored(kind: Kind, pose: PoseSource = "truth", drift_scale: float = 1.0) -> tuple[Run, Summary]:
+    building = BuildingConfig(kind, size_m=SMALL[kind])
+    config = ExperimentConfig(
+        seed=11, pose=pose, drift_scale=drift_scale, building=building, time_limit_s=1200.0
+    )
     done = run(prepare(config))
     return done, summarise(done)
 
@@ -41,9 +44,21 @@ def test_a_small_building_is_explored_to_the_end(kind):
     assert reasons.isdisjoint({Reason.GAVE_UP, Reason.UNSAFE})
 
 
+@pytest.mark.parametrize("kind", SMALL)
+def test_slam_holds_the_map_of_a_small_building_on_bad_wheels(kind):
+    _, summary = explored(kind, "slam", drift_scale=3.0)
+    assert summary.status == "complete"
+    assert summary.explored >= 0.99
+    assert summary.wrong <= 0.005
+    assert summary.wall_recall >= 0.97
+    assert summary.wall_error_m["p95"] <= 2.0 * 0.05 + 1e-6
+    assert summary.collisions == {"events": 0, "duration_s": 0.0}
+    assert summary.ate_m < 0.05
+
+
 def apartment_with(faults: FaultsConfig) -> Summary:
     building = BuildingConfig("apartment", size_m=SMALL["apartment"])
-    return summarise(run(prepare(ExperimentConfig(seed=11, building=building, faults=faults))))
+    return summarise(run(prepare(ExperimentConfig(seed=11, pose="truth", building=building, faults=faults))))
 
 
 def test_a_robot_shut_in_says_so_and_is_judged_by_what_it_could_still_reach():
