@@ -35,7 +35,7 @@ class Motion:
     crossings: int
     """Drives to one goal that led over more than half of what the whole path spans."""
     abandoned_share: float
-    """Of the metres driven, those to goals that were left while their frontier was still there."""
+    """Of the metres driven, those to goals that were left for others while their frontier was still there."""
 
 
 @dataclass(frozen=True)
@@ -47,24 +47,24 @@ class Drive:
 
 
 class DriveLog:
-    """A recorder of drives: where each began, and whether its goal was still there when it ended."""
+    """A recorder of drives: how long each was, and whether its goal was left for another."""
 
     def __init__(self) -> None:
         self.drives: list[Drive] = []
         self._goal: Goal | None = None
+        self._switches = 0
         self._begun_m = 0.0
 
     def record(self, step: Step) -> None:
         """Note a drive if its goal is no longer the goal."""
         goal, before = step.decision.goal, self._goal
         if before is not None and (goal is None or goal.distance_m(before) > SAME_GOAL_M):
-            places = (frontier.centroid_in_map for frontier in step.decision.frontiers)
-            is_left = any(math.dist(place, before.frontier.centroid_in_map) < SAME_GOAL_M for place in places)
+            is_left = step.decision.goal_switches > self._switches
             self.drives.append(Drive(step.truth.path_length_m - self._begun_m, is_left))
             before = None
         if before is None:
             self._begun_m = step.truth.path_length_m
-        self._goal = goal
+        self._goal, self._switches = goal, step.decision.goal_switches
 
     def close(self) -> None:
         """Nothing to finish."""

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from experiments.motion import Drive, DriveLog, bends_rad, motion
-from occmap.frontiers import Frontier
 from tests.occmap.goal_scenes import goal_at
 
 
@@ -57,12 +56,11 @@ def test_long_drives_cross_the_map_and_metres_to_goals_left_behind_are_in_vain()
     assert figures["abandoned_share"] == pytest.approx(2.0 / 12.0)
 
 
-def seen(driven_m, goal, *left):
-    """What a DriveLog reads of a step: metres so far, the goal, and where there are frontiers."""
-    frontiers = tuple(Frontier(np.zeros((1, 2), np.int64), place, 1) for place in left)
+def seen(driven_m, goal, switches=0):
+    """What a DriveLog reads of a step: metres so far, the goal, and how many were left for others."""
     return SimpleNamespace(
         truth=SimpleNamespace(path_length_m=driven_m),
-        decision=SimpleNamespace(goal=goal, frontiers=frontiers),
+        decision=SimpleNamespace(goal=goal, goal_switches=switches),
     )
 
 
@@ -71,6 +69,6 @@ def test_a_drive_ends_with_its_goal():
     log.record(seen(0.0, None))
     log.record(seen(1.0, goal_at(5.0, 0.0)))
     log.record(seen(2.0, goal_at(5.3, 0.0)))  # the same frontier, seen better
-    log.record(seen(4.0, goal_at(0.0, 9.0), (5.3, 0.1), (0.0, 9.0)))  # left for another
-    log.record(seen(7.0, None, (5.3, 0.1)))  # seen
+    log.record(seen(4.0, goal_at(0.0, 9.0), switches=1))  # left for another
+    log.record(seen(7.0, None, switches=1))  # seen
     assert log.drives == [Drive(3.0, True), Drive(3.0, False)]
