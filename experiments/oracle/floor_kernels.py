@@ -46,7 +46,7 @@ def cells_seen(free, wanted, way, reach):
     """
     ny, nx = free.shape
     seen_by = np.full((ny, nx), -1, np.int32)
-    seen = 0
+    seen = last = 0
     for y in range(1, ny):
         for x in range(1, nx):
             if not wanted[y, x]:
@@ -55,13 +55,16 @@ def cells_seen(free, wanted, way, reach):
             for hint in (seen_by[y, x - 1], seen_by[y - 1, x]):
                 if found < 0 and hint >= 0 and sees_near(free, x, y, way[hint], reach):
                     found = hint
-            for k in range(len(way)):
+            for k in range(2 * len(way)):  # outwards from where the last cell was seen from
+                at = last + (k + 1) // 2 if k % 2 else last - k // 2
                 if found >= 0:
                     break
-                if sees_near(free, x, y, way[k], reach):
-                    found = k
+                if 0 <= at < len(way) and sees_near(free, x, y, way[at], reach):
+                    found = at
+            if found >= 0:
+                seen += 1
+                last = found
             seen_by[y, x] = found
-            seen += found >= 0
     return seen
 
 
