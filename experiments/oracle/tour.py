@@ -104,7 +104,7 @@ def _stops_along(floor: Floor, ways: Ways, trail: Points) -> Stops:
     for place in floor.nearest_place[cells[:, 1], cells[:, 0]].tolist():
         if ways.distance_m(stops[-1])[place] >= STOPS_APART_M:
             stops.append(place)
-    return stops
+    return list(dict.fromkeys(stops))  # what is passed twice is seen at once
 
 
 def _first_metres(path: Points, length_m: float) -> Points:

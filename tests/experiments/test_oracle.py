@@ -101,6 +101,12 @@ def test_a_tour_is_never_longer_than_a_trail_that_sees_enough(rooms):
     assert near_shortest_tour(rooms, [best.path], hasty).length_m <= best.length_m
 
 
+def test_a_trail_may_come_back_to_where_it_began(rooms):
+    there = near_shortest_tour(rooms, config=FEW).path
+    round_trip = np.concatenate((there, there[::-1], there))
+    assert near_shortest_tour(rooms, [round_trip], FEW).length_m <= metres(there) + 1e-9
+
+
 def test_a_trail_that_sees_too_little_is_no_answer(rooms):
     stands = np.array([(5.05, 1.55), (5.05, 1.65)])
     oracle = near_shortest_tour(rooms, [stands], FEW)
