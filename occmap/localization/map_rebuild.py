@@ -84,6 +84,14 @@ class MapRebuild:
         self._mapper = mapper
         self._next = 0
 
+    def make_room(self, live: OccupancyGrid) -> None:
+        """Grow at once to what of the box lies in a grid of nearly the same scans: it costs least now."""
+        r, (ny, nx), (ox, oy) = live.config.resolution_m, live.shape, live.offset
+        low = max(self.box.low_x, ox * r), max(self.box.low_y, oy * r)
+        high = min(self.box.high_x, (ox + nx - 0.5) * r), min(self.box.high_y, (oy + ny - 0.5) * r)
+        if low[0] < high[0] and low[1] < high[1]:
+            self.grid.grow_to_contain(low, high)
+
     def step(self, scans: int) -> bool:
         """Spend so many scans more, fewer if the grid must grow for one; True once all are in."""
         last = min(self._next + scans, len(self.scans))
