@@ -40,6 +40,7 @@ class CoarseMap:
         tour_kernels.coarsen(fine.state, fine.clearance_m, self.side, least_m, state, clearance_m)
         frame = GridFrame(fine.frame.resolution_m * self.side, fine.frame.origin_m)
         self.terrain = Terrain(frame, state, clearance_m, fine.prices, fine.limits)
+        self._request: tuple[Blocks, SearchRequest] | None = None  # for the blocks last asked for
 
     def block_near(self, cell: tuple[int, int]) -> int | None:
         """The nearest block in sight of a cell (ix, iy) of the map; None if there is none within REACH_M."""
@@ -56,8 +57,9 @@ class CoarseMap:
 
     def costs_m(self, start: int, blocks: Blocks) -> NDArray[np.float64]:
         """(n,) metres from one block to others, dearer near walls; inf if no way leads there."""
-        cells = np.column_stack((blocks % self.terrain.shape[1], blocks // self.terrain.shape[1]))
-        request = SearchRequest.flood(self.terrain, cells, None, math.inf)
-        exact_below = self._memory.search(self.terrain, start, self.terrain.prices, request)
+        if self._request is None or self._request[0] is not blocks:
+            cells = np.column_stack((blocks % self.terrain.shape[1], blocks // self.terrain.shape[1]))
+            self._request = blocks, SearchRequest.flood(self.terrain, cells, None, math.inf)
+        exact_below = self._memory.search(self.terrain, start, self.terrain.prices, self._request[1])
         cost = self._memory.cost[blocks]
         return np.where(cost < exact_below, cost * self.terrain.metres_per_cost, np.inf)
