@@ -29,10 +29,13 @@ def test_odometry_is_repeated_in_the_frame_of_the_first_pose():
 
 def test_beams_cast_on_the_move_are_seen_from_where_the_robot_is():
     """Half a metre in a turn of one second, towards a wall that the first beam still found farther away."""
-    localizer, bearings, times = OdometryLocalizer(), np.zeros(2), np.array([-1.0, 0.0])
-    for k, ranges in enumerate(([3.5, 3.0], [3.0, 2.5])):
-        scan = Scan(bearings, np.array(ranges), 10.0, beam_times_s=times)
-        seen = Observation(float(k), Pose2(0.5 * k, 0.0, 0.0), scan, Pose2.identity())
-        estimate = localizer.update(seen)
-    assert estimate.scan is not None
-    assert estimate.scan.ranges_m == pytest.approx([2.5, 2.5])
+    localizer, times = OdometryLocalizer(), np.array([-1.0, 0.0])
+
+    def seen(time_s, x_m, ranges):
+        scan = Scan(np.zeros(2), np.array(ranges), 10.0, beam_times_s=times)
+        return Observation(time_s, Pose2(x_m, 0.0, 0.0), scan, Pose2.identity())
+
+    localizer.update(seen(0.0, 0.0, [3.5, 3.0]))
+    scan = localizer.update(seen(1.0, 0.5, [3.0, 2.5])).scan
+    assert scan is not None
+    assert scan.ranges_m == pytest.approx([2.5, 2.5])
