@@ -97,7 +97,8 @@ def test_what_was_not_recorded_can_be_repeated(swept, capsys):
 
 def test_several_sweeps_are_told_apart(swept, tmp_path, capsys):
     other = tmp_path / "other"
-    sweep(Sweep(out=other, axes=Matrix(kinds=("maze",), seeds=(0, 2))), work=failing)
+    axes = Matrix(kinds=("maze",), seeds=(0, 2), strategies=("nearest",))
+    sweep(Sweep(out=other, axes=axes), work=failing)
     assert main([str(swept), str(other), "--worst", "0"]) == 0
     text = " ".join(Page(Path(capsys.readouterr().out.strip()).read_text()).texts)
     assert "nearest, folder sweep" in text
