@@ -8,11 +8,9 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
-
 from occmap.frontiers import Frontier, FrontierConfig, FrontierMap
 from occmap.goals import SAME_GOAL_M, Goal, GoalChooser, best_of
+from occmap.leftovers import Leftovers
 from occmap.memory import FailedLooks
 from occmap.tour import Tour
 
@@ -30,10 +28,10 @@ FAR_LOOKS = 2
 """A frontier that can only be seen from afar is given up after so many looks."""
 NEAR_M = 5.0
 """No viewpoint is farther from the middle of its frontier: half a frontier's extent and the look."""
+TOUR_CELLS = 3_000_000
+"""On a larger map the nearest frontier is sought: a tour looks at all of the map, and at all that is left."""
 LARGE_CELLS = 1_000_000
 """From so many cells in reach on it pays to remember where there was nothing to look at."""
-TRUSTED_RUNS = 20
-"""So many searches rely on that memory before all is looked at again."""
 DETOUR = 1.3
 """By this factor a way may be longer than it looks on a coarse map."""
 
@@ -45,16 +43,6 @@ class Search:
     best: Goal | None
     goals: tuple[Goal, ...]
     wave: Wavefront
-
-
-@dataclass
-class Leftovers:
-    """What a search of all that is in reach has left: frontiers without any goal, and edges with nooks."""
-
-    hopeless: dict[int, Frontier]  # by their ids, and kept, so that these stay theirs
-    edges: list[Frontier]
-    state: NDArray[np.uint8]  # the array they are cells of
-    trust: int = TRUSTED_RUNS
 
 
 class GoalSearch:
@@ -85,7 +73,8 @@ class GoalSearch:
         found = self._among_leftovers(frontiers, grid, flood, bounds_m, max_range_m, pursued)
         if found is not None:
             return found
-        look = self._widening if self._tour is None else partial(self._along_tour, self._tour)
+        tour = self._tour if grid.state.size <= TOUR_CELLS else None
+        look = self._widening if tour is None else partial(self._along_tour, tour)
         goals, wave = look(frontiers, grid, flood, bounds_m, pursued)
         if not goals:
             goals = self._from_afar(list(self._worth_a_look(frontiers, grid)), grid, wave, max_range_m)
