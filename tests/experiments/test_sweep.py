@@ -208,7 +208,7 @@ def test_groups_are_named_by_what_tells_them_apart_and_no_more():
     for row in rows:  # the drift follows from the noise: it says nothing
         row["options"]["drift_scale"] = row["options"]["noise_scale"]
     naming = Naming.of(rows)
-    assert [naming.series(row) for row in rows] == ["nearest, noise 0.5", "nearest, noise 2"]
+    assert [naming.series(row) for row in rows] == ["tour, noise 0.5", "tour, noise 2"]
 
 
 def test_many_plans_are_one_group():
