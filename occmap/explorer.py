@@ -23,7 +23,7 @@ from occmap.localization.localizer import Localizer, OdometryLocalizer
 from occmap.memory import FailedLooks
 from occmap.mobility import Mobility
 from occmap.planner import Planner, Wavefront, WideningFlood
-from occmap.pursuit import Failure, Learning, Pursuit
+from occmap.pursuit import LEARNT_M2, Failure, Learning, Pursuit
 from occmap.scan import Observation
 from occmap.stopwatch import Stopwatch
 
@@ -73,6 +73,7 @@ class Explorer:
         self._goal_switches = 0
         self._begun_s: float | None = None
         self._considered_s = -math.inf
+        self._considered_m2 = 0.0  # how much was known then, at most
         self._last: tuple[Observation, Pose2] | None = None
 
     @property
@@ -105,6 +106,7 @@ class Explorer:
     def _take_over(self, grid: OccupancyGrid, new_map_from_old_map: Pose2) -> None:
         """The localizer has corrected the past: go on in its map with what is remembered."""
         self.map.replace(grid)
+        self._considered_m2 = 0.0
         self.ending.carry_over(new_map_from_old_map, grid)
         self.looks.carry_over(new_map_from_old_map)
         self.planner.barred.carry_over(new_map_from_old_map)
@@ -152,7 +154,10 @@ class Explorer:
         return manoeuvre
 
     def _should_think(self, now_s: float) -> bool:
-        """At once if there is no goal, or no good one; a good one is weighed against others now and then."""
+        """At once if there is no goal, or no good one; a good one is weighed against others now and then.
+
+        Only where something was learnt since: with the map as it was, another choice would be dithering.
+        """
         pursuit = self.pursuit
         if pursuit is None:
             return True
@@ -163,11 +168,13 @@ class Explorer:
             return pursuit.is_void
         pace = self.config.pace
         every_s = pace.reconsider_nook_s if pursuit.goal.is_nook else pace.reconsider_s
-        return now_s - self._considered_s >= every_s or self._is_blocked(pursuit)
+        has_learnt = self.map.known_m2 >= self._considered_m2 + LEARNT_M2
+        return (has_learnt and now_s - self._considered_s >= every_s) or self._is_blocked(pursuit)
 
     def _think(self, seen: Observation, here: Pose2) -> None:
         """Choose a goal and a path to it; if there is none to be had for a while, end."""
         self._considered_s = seen.time_s
+        self._considered_m2 = max(self._considered_m2, self.map.known_m2)
         with self._watch.lap("frontiers"):
             frontiers = self.map.find_frontiers()
         with self._watch.lap("planning"):
