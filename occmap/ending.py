@@ -26,6 +26,8 @@ class EndingConfig:
     """No goal must turn up for this long."""
     survey_s: float = 10.0
     """This often a flood goes farther than the next goal requires: what is in reach is worth remembering."""
+    survey_m: float = 16.0
+    """How far it goes at least where no goal is sought."""
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
@@ -53,9 +55,13 @@ class Ending:
             self._surveyed_s = now_s
         return is_due
 
+    def survey(self, wave: Wavefront, grid: OccupancyGrid) -> None:
+        """Remember what a flood has reached."""
+        self._reach.note(wave, grid)
+
     def note(self, has_goal: bool, wave: Wavefront, grid: OccupancyGrid, now_s: float) -> None:
         """Take in what a search has found, and the flood it has made."""
-        self._reach.note(wave, grid)
+        self.survey(wave, grid)
         if has_goal:
             self._goalless_since_s = None
         elif self._goalless_since_s is None:

@@ -124,8 +124,12 @@ class Explorer:
         manoeuvre = self._recover(seen, here) if self.status is Status.EXPLORING else None
         if manoeuvre is not None:
             return "recovering", manoeuvre
-        if self.status is Status.EXPLORING and self._should_think(seen.time_s):
-            self._think(seen, here)
+        if self.status is Status.EXPLORING:
+            if self._should_think(seen.time_s):
+                self._think(seen, here)
+            elif self.ending.is_survey_due(seen.time_s):
+                with self._watch.lap("planning"):
+                    self.ending.survey(self._flood(here, self.config.ending.survey_m), self.grid)
         if self.status is not Status.EXPLORING:
             return self.status.value, Twist2.zero()
         if self.pursuit is None:
@@ -218,9 +222,9 @@ class Explorer:
         if failure is not None:
             self._give_up(pursuit.goal, failure, now_s)
 
-    def _flood(self, here: Pose2) -> Wavefront:
+    def _flood(self, here: Pose2, within_m: float = math.inf) -> Wavefront:
         cell = self.grid.frame.cell_at(here.x_m, here.y_m)
-        return self.planner.flood(self.grid, self.map.clearance_m, cell)
+        return self.planner.flood(self.grid, self.map.clearance_m, cell, within_m=within_m)
 
     def _is_blocked(self, pursuit: Pursuit) -> bool:
         return self.planner.is_blocked(pursuit.path, self.grid, self.map.clearance_m, pursuit.progress_m)
@@ -270,14 +274,16 @@ class Explorer:
         if failure is None:
             return
         is_done = pursuit.has_arrived and pursuit.has_shown_something(self.grid)
-        if fruitless is None and (is_done or self._is_gap_to_blame(pursuit)):
+        if fruitless is None and is_done:
             self.pursuit = None
+        elif fruitless is None and self._is_gap_to_blame(pursuit):
+            pursuit.is_void = True
         else:
             self._give_up(pursuit.goal, failure, now_s)
 
     def _is_gap_to_blame(self, pursuit: Pursuit) -> bool:
         """Whether a narrow place held the robot up: there may be another way to the goal."""
-        if pursuit.has_arrived or not pursuit.is_tight:
+        if pursuit.has_arrived or not pursuit.is_tight or self.learning.is_barred(pursuit):
             return False
         gap = self.planner.gap_ahead(pursuit.path, self.grid, self.map.clearance_m, pursuit.progress_m)
         if gap is None or not self.planner.barred.note(gap):

@@ -43,6 +43,9 @@ class PursuitConfig:
     turns_back: int = 3
     """A goal left so often for another, with nothing new learnt meanwhile, is given up: the way to it
     opens and closes with the noise."""
+    gaps_tried: int = 6
+    """A goal on the way to which so many gaps have held the robot up, with nothing new learnt meanwhile, is
+    given up."""
     seen_something_cells: int = 8
     """A look that made so many cells around its frontier known was not in vain."""
 
@@ -145,12 +148,14 @@ class Learning:
         self._since_s = 0.0
         self._longest_m = 0.0
         self._left: list[tuple[float, float]] = []  # the middles of the frontiers turned back from
+        self._barred: list[tuple[float, float]] = []  # and of those on the way to which a gap was in the way
 
     def note(self, known_m2: float, way_m: float, now_s: float) -> None:
         """Take in how much of the map is known, and the length of the way just chosen."""
         if known_m2 >= self._known_m2 + LEARNT_M2:
             self._known_m2 = known_m2
             self._left.clear()
+            self._barred.clear()
             self.begin(now_s)
         self._longest_m = max(self._longest_m, way_m)
 
@@ -161,13 +166,15 @@ class Learning:
     def turned_back(self, pursuit: Pursuit) -> Failure | None:
         """Take in that a goal is left for another on the way; what is wrong with it if that recurs."""
         place = pursuit.goal.frontier.centroid_in_map
-        self._left.append(place)
-        times = sum(math.dist(place, other) < SAME_GOAL_M for other in self._left)
-        if times < self.config.turns_back:
+        if not _recurs(place, self._left, self.config.turns_back):
             return None
-        self._left = [other for other in self._left if math.dist(place, other) >= SAME_GOAL_M]
+        times = self.config.turns_back
         reason = Reason.TOO_NARROW if pursuit.is_tight else Reason.GAVE_UP
         return Failure(reason, f"turned back on the way {times} times")
+
+    def is_barred(self, pursuit: Pursuit) -> bool:
+        """Take in that something bars the way to a goal; whether that has happened too often."""
+        return _recurs(pursuit.goal.frontier.centroid_in_map, self._barred, self.config.gaps_tried)
 
     def failure(self, now_s: float) -> Failure | None:
         """What is wrong, if it has been too long."""
@@ -175,3 +182,13 @@ class Learning:
         if fruitless_s <= self.config.fruitless_s + self._longest_m / self.config.slowest_mps:
             return None
         return Failure(Reason.GAVE_UP, f"nothing new was learnt in {fruitless_s:.0f} s of trying")
+
+
+def _recurs(place: tuple[float, float], places: list[tuple[float, float]], times: int) -> bool:
+    """Note a place; whether it has been noted so many times, which then count no more."""
+    places.append(place)
+    here = [other for other in places if math.dist(place, other) < SAME_GOAL_M]
+    if len(here) < times:
+        return False
+    places[:] = [other for other in places if other not in here]
+    return True

@@ -79,8 +79,8 @@ def test_a_slot_too_narrow_for_the_body_is_named():
 
 
 def closing_behind(is_closing):
-    """The door closes, or not, as soon as the robot is well inside the other room."""
-    rooms = exploring(TWO_ROOMS)
+    """The door closes, or not, as soon as the robot is well inside the other room, to look round a corner."""
+    rooms = exploring(TWO_ROOMS.replace("#....@....D..........#", "#....@....D.....######"))
     rooms.run(120.0, until=lambda _: rooms.world.pose.x_m > 11.8 * rooms.cell_m)
     if is_closing:
         rooms.close_doors()
@@ -104,7 +104,7 @@ def test_a_door_that_opens_late_is_noticed():
     flat = exploring(FLAT.replace("######...########...#####", "######DDD########...#####"))
     open_boxes = flat.world.boxes
     flat.close_doors()
-    flat.run(12.0)
+    flat.run(8.0)
     assert flat.explored() < 0.8
     flat.world.boxes = open_boxes
     assert flat.run(240.0).status is Status.COMPLETE

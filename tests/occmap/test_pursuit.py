@@ -127,6 +127,20 @@ def test_to_and_fro_between_two_goals_ends_with_both_given_up():
     assert turned_back_from(learning, (5.0, 0.0)) is None  # counted afresh
 
 
+def test_a_goal_with_gap_after_gap_on_the_way_is_given_up():
+    learning = Learning(PursuitConfig(gaps_tried=4))
+    path = Path.through(np.array([[0.0, 0.0], [3.0, 0.0]]))
+    there, elsewhere = (
+        Pursuit(CONFIG, goal_at(x, 0.0), path, OccupancyGrid(), 0.0, is_tight=True) for x in (5.0, -5.0)
+    )
+    assert [learning.is_barred(there) for _ in range(3)] == [False, False, False]
+    assert not learning.is_barred(elsewhere)
+    assert learning.is_barred(there)
+    assert not learning.is_barred(there)  # counted afresh
+    learning.note(known_m2=10.0, way_m=1.0, now_s=1.0)
+    assert [learning.is_barred(there) for _ in range(3)] == [False, False, False]
+
+
 def test_who_learns_something_meanwhile_may_turn_back_as_often_as_it_likes():
     learning = Learning(PursuitConfig(turns_back=3))
     for k in range(10):
