@@ -166,6 +166,8 @@ class Explorer:
         if pursuit is None:
             return True
         if self.search.chooser.is_gone(pursuit.goal, self.grid, self.map.frontier_mask):
+            if not pursuit.has_shown_something(self.grid):
+                self.looks.note(pursuit.goal, Reason.GAVE_UP, "it comes and goes with the noise", self.grid)
             self.pursuit = None
             return True
         if pursuit.has_arrived or pursuit.is_void:
