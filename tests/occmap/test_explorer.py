@@ -80,7 +80,7 @@ def test_a_slot_too_narrow_for_the_body_is_named():
 
 def closing_behind(is_closing):
     """The door closes, or not, as soon as the robot is well inside the other room, to look round a corner."""
-    rooms = exploring(TWO_ROOMS.replace("#....@....D..........#", "#....@....D.....######"))
+    rooms = exploring(TWO_ROOMS)
     rooms.run(120.0, until=lambda _: rooms.world.pose.x_m > 11.8 * rooms.cell_m)
     if is_closing:
         rooms.close_doors()
