@@ -24,7 +24,7 @@ class PaceConfig:
 
     first_look_s: float = 0.5
     """It stands still this long at first: a cell takes a few scans to be believed free."""
-    reconsider_s: float = 2.0
+    reconsider_s: float = 3.0
     """While a goal is good, its rivals are weighed this often."""
     reconsider_nook_s: float = 10.0
     """A nook has no rivals but other nooks: it is weighed less often."""

@@ -50,8 +50,9 @@ def carried(old, shift):
 def test_over_a_correction_of_the_map_it_carries_on_with_its_goal():
     localizer = Correcting(shift := Pose2(0.8, -0.5, 0.4))
     flat = exploring(FLAT, localizer=localizer)
-    before = flat.run(12.0)
-    localizer.correct(flat.explorer.grid)
+    flat.run(8.0)
+    before = flat.run(60.0, until=lambda decision: any("frontier" in event for event in decision.events))
+    localizer.correct(flat.explorer.grid)  # just after a goal was chosen
     after = flat.run(0.1)
     assert "the map was corrected" in after.events
     assert before.goal is not None
