@@ -41,6 +41,7 @@ class ExplorerOptions(ExplorerConfig):
 
     grid: Annotated[GridConfig, tyro.conf.arg(name="map")] = field(default_factory=GridConfig)
     goals: Annotated[GoalOptions, tyro.conf.arg(name="")] = field(default_factory=GoalOptions)
+    boundary_in_map: Annotated[tuple[tuple[float, float], ...], tyro.conf.Suppress] = ()
     pace: PaceConfig = field(default_factory=lambda: PaceConfig(first_look_s=3.0))
     """Begins with a long look: where the robot stands and heads then is where the whole map lies."""
 
@@ -57,6 +58,9 @@ class ExperimentConfig:
     """Side of a pixel, for a .png plan."""
     start: tuple[float, float, float] | None = None
     """X Y YAW in the building's own frame, metres and radians. By default the building says, or chance."""
+    boundary: tuple[tuple[float, float], ...] = ()
+    """X Y X Y X Y ... corners of a polygon around the start, in the building's own frame: what is outside of
+    it is neither explored nor driven to, and does not count."""
     pose: PoseSource = "truth"
     """truth: the true pose, as in a lesson on mapping. odometry: where the wheels say, drift and all.
     slam: the wheels' word, corrected by matching scans and closing loops."""

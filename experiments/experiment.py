@@ -5,8 +5,10 @@ from __future__ import annotations
 import gc
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
+
+import numpy as np
 
 from experiments.config import ExperimentConfig
 from experiments.outcome import Outcome
@@ -14,6 +16,7 @@ from experiments.recorders.setting import Setting
 from experiments.scoring import Scorer
 from experiments.streams import Streams
 from occmap.body import Body
+from occmap.boundary import are_within, polygon
 from occmap.explorer import Explorer
 from occmap.geometry import Pose2
 from occmap.localization import Localizer, OdometryLocalizer, SlamLocalizer
@@ -86,12 +89,23 @@ def prepare(config: ExperimentConfig) -> Experiment:
 
 def in_sight(config: ExperimentConfig, truth: TruthGrid, world: World) -> Mask:
     """What the robot could come to see from where it is."""
-    return explorable(truth, world.world_from_robot, world.body_radius_m, config.lidar.max_range_m)
+    within = within_boundary(config, truth)
+    return explorable(truth, world.world_from_robot, world.body_radius_m, config.lidar.max_range_m, within)
 
 
-def floor_in_reach(truth: TruthGrid, world: World) -> Mask:
+def within_boundary(config: ExperimentConfig, truth: TruthGrid) -> Mask | None:
+    """The cells within the polygon that the config gives, if it gives one."""
+    if not config.boundary:
+        return None
+    iy, ix = np.indices(truth.wall.shape).reshape(2, -1)
+    centres = truth.world_from_cell(np.column_stack((ix, iy)))
+    return are_within(polygon(config.boundary), centres).reshape(truth.wall.shape)
+
+
+def floor_in_reach(config: ExperimentConfig, truth: TruthGrid, world: World) -> Mask:
     """Where some part of the robot's body could come to stand, from where it is."""
-    places = reachable(truth, world.world_from_robot, world.body_radius_m)
+    within = within_boundary(config, truth)
+    places = reachable(truth, world.world_from_robot, world.body_radius_m, within)
     return clearance_m(places, truth.resolution_m) <= world.body_radius_m
 
 
@@ -145,7 +159,19 @@ def make_explorer(config: ExperimentConfig, robot: Robot) -> Explorer:
         turn_acceleration_radps2=limits.max_angular_accel_radps2,
         period_s=1.0 / robot.lidar.config.rate_hz,
     )
-    return Explorer(config.explorer, make_localizer(config), body)
+    explorer = config.explorer
+    if config.boundary:
+        explorer = replace(explorer, boundary_in_map=boundary_in_map(config, robot.world.world_from_robot))
+    return Explorer(explorer, make_localizer(config), body)
+
+
+def boundary_in_map(config: ExperimentConfig, start: Pose2) -> tuple[tuple[float, float], ...]:
+    """The corners of the polygon as the robot is told of them: in the frame of its start."""
+    corners = polygon(config.boundary)
+    x_m, y_m = start.position
+    if not are_within(corners, np.array([[x_m, y_m]]))[0]:
+        raise ValueError(f"the boundary must hold the start, ({x_m:.2f}, {y_m:.2f})")
+    return tuple((x, y) for x, y in start.inverse().apply(corners).tolist())
 
 
 def make_localizer(config: ExperimentConfig) -> Localizer:
@@ -168,7 +194,7 @@ def warm_up(config: ExperimentConfig) -> None:
     )
     room = Building("warm-up", "plan", (-3.1, -2.1), (3.1, 2.1), walls, Pose2(-1.5, 0.3, 0.2))
     robot = make_robot(config, room, Streams(0))
-    explorer = make_explorer(config, robot)
+    explorer = make_explorer(replace(config, boundary=()), robot)
     with few_collections():
         for _ in episode(robot, explorer, limit_s=WARM_UP_S):
             pass

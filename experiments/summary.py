@@ -122,7 +122,7 @@ def _honest(run: Run) -> bool:
         run.experiment.explorer.certificate(),
         scorer.truth,
         scorer.world_from_map,
-        lambda: floor_in_reach(scorer.truth, world),
+        lambda: floor_in_reach(run.experiment.config, scorer.truth, world),
     )
 
 

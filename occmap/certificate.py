@@ -31,10 +31,12 @@ def certify(
     goals: GoalConfig,
     body_radius_m: float,
     unvisited: Sequence[Frontier] = (),
+    beyond: Sequence[Frontier] = (),
 ) -> tuple[UnknownLeft, ...]:
     """The reason for every frontier, given a flood of all that the body can reach.
 
     unvisited: those of the frontiers that could still be looked into, where the run ends early.
+    beyond: others, on the far side of the boundary.
 
     Where the body cannot come up to a frontier, a gap too narrow for it is what is wrong, however often
     the robot has looked in from a distance.
@@ -63,10 +65,11 @@ def certify(
         body = f"a body {2.0 * body_radius_m:.2f} m wide"
         return Reason.TOO_NARROW, f"{body} comes no nearer than {min(away_m, FAR_M):.2f} m"
 
-    return tuple(
-        UnknownLeft(frontier.centroid_in_map, frontier.size * grid.frame.resolution_m, *reason_for(frontier))
-        for frontier in frontiers
-    )
+    def left(frontier: Frontier, reason: Reason, why: str) -> UnknownLeft:
+        return UnknownLeft(frontier.centroid_in_map, frontier.size * grid.frame.resolution_m, reason, why)
+
+    outside = (left(frontier, Reason.OUTSIDE, "beyond the boundary") for frontier in beyond)
+    return (*(left(frontier, *reason_for(frontier)) for frontier in frontiers), *outside)
 
 
 def _distance_m(frontier: Frontier, grid: OccupancyGrid, reached: NDArray[np.bool_]) -> float:

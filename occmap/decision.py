@@ -40,6 +40,8 @@ class Reason(Enum):
     """Each approach was broken off because an obstacle came too close."""
     GAVE_UP = "gave_up"
     """Looked at from near, again and again, and still unknown."""
+    OUTSIDE = "outside"
+    """Beyond the boundary that the robot was given."""
     UNVISITED = "unvisited"
     """In reach and worth a look: the run ended before its turn came. Never left by a run that is complete."""
 

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from occmap.body import Body
+from occmap.boundary import Boundary
 from occmap.certificate import certify
 from occmap.decision import Decision, Reason, Status, UnknownLeft
 from occmap.ending import Ending
@@ -56,11 +57,12 @@ class Explorer:
         self.config = config = config or ExplorerConfig()
         self.body = body = body or Body()
         self.localizer = localizer or OdometryLocalizer()
-        self.map = LivingMap(config.grid, config.sensor_model, config.clearance, config.frontiers)
-        self.planner = Planner(config.planner, body)
+        boundary = Boundary(config.boundary_in_map) if config.boundary_in_map else None
+        self.map = LivingMap(config.grid, config.sensor_model, config.clearance, config.frontiers, boundary)
+        self.planner = Planner(config.planner, body, boundary)
         self.follower = Follower(config.follower, body)
         self.looks = FailedLooks()
-        self.search = GoalSearch(GoalChooser(config.goals), self.looks)
+        self.search = GoalSearch(GoalChooser(config.goals), self.looks, boundary)
         self.mobility = Mobility(config.stuck, config.recovery)
         self.learning = Learning(config.pursuit)
         self.ending = Ending(config.ending)
@@ -256,7 +258,10 @@ class Explorer:
         if self.status in (Status.EXPLORING, Status.STUCK) and self._last is not None:
             max_range_m = self._last[0].scan.max_range_m
             unvisited = self.search.unvisited(frontiers, self.grid, wave, max_range_m)
-        return certify(frontiers, self.grid, wave, self.looks, c.goals, self.body.radius_m, unvisited)
+        return certify(
+            frontiers, self.grid, wave, self.looks, c.goals, self.body.radius_m, unvisited,
+            self.map.frontiers_beyond,
+        )  # fmt: skip
 
     def _pursue(self, pursuit: Pursuit, seen: Observation, here: Pose2) -> tuple[str, Twist2]:
         """Drive on, or look if there; give the goal up if that leads nowhere."""

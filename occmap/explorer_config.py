@@ -51,3 +51,5 @@ class ExplorerConfig:
     recovery: RecoveryConfig = field(default_factory=RecoveryConfig)
     pace: PaceConfig = field(default_factory=PaceConfig)
     ending: EndingConfig = field(default_factory=EndingConfig)
+    boundary_in_map: tuple[tuple[float, float], ...] = ()
+    """Corners of a polygon around the start: what is outside of it is neither explored nor driven to."""

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
+from occmap.boundary import Boundary
 from occmap.frontiers import Frontier, FrontierConfig, FrontierMap
 from occmap.goals import SAME_GOAL_M, Goal, GoalChooser, best_of
 from occmap.leftovers import Leftovers
@@ -48,9 +49,10 @@ class Search:
 class GoalSearch:
     """Looks for viewpoints in widening floods, and only when there is none near a frontier, from afar."""
 
-    def __init__(self, chooser: GoalChooser, looks: FailedLooks) -> None:
+    def __init__(self, chooser: GoalChooser, looks: FailedLooks, boundary: Boundary | None = None) -> None:
         self.chooser = chooser
         self.looks = looks
+        self._boundary = boundary
         self._leftovers: Leftovers | None = None
         self._tour = Tour(chooser.config.tour) if chooser.config.strategy == "tour" else None
 
@@ -255,7 +257,8 @@ class GoalSearch:
         """Every edge of the unknown long enough for a nook; the frontier map leaves walls' rims out."""
         every_edge = FrontierMap(FrontierConfig(ignore_rim=False))
         every_edge.rebuild(grid)
-        return every_edge.clusters(grid, self.chooser.config.least_nook_m(grid.frame.resolution_m))
+        edges = every_edge.clusters(grid, self.chooser.config.least_nook_m(grid.frame.resolution_m))
+        return edges if self._boundary is None else self._boundary.split(edges, grid)[0]
 
     def _into_nooks(
         self, edges: Iterable[Frontier], grid: OccupancyGrid, wave: Wavefront, max_range_m: float

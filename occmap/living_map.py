@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from occmap.boundary import Boundary
 from occmap.clearance import ClearanceConfig, ClearanceMap
 from occmap.frontiers import Frontier, FrontierConfig, FrontierMap
 from occmap.geometry import Pose2
@@ -24,10 +25,14 @@ class LivingMap:
         sensor_model: SensorModelConfig,
         clearance: ClearanceConfig,
         frontiers: FrontierConfig,
+        boundary: Boundary | None = None,
     ) -> None:
         self.grid = OccupancyGrid(grid)
         self.frontiers: list[Frontier] = []
         """As of the last `find_frontiers`; their cells are in the grid's current frame."""
+        self.frontiers_beyond: list[Frontier] = []
+        """The same, but beyond the boundary."""
+        self._boundary = boundary
         self._known_cells = 0
         self._mapper = Mapper(sensor_model)
         self._clearance = ClearanceMap(clearance)
@@ -73,6 +78,8 @@ class LivingMap:
         return self.grid.contains(*self.grid.frame.cell_at(*place.position))
 
     def find_frontiers(self) -> list[Frontier]:
-        """The frontiers of this moment."""
+        """The frontiers of this moment, within the boundary if there is one."""
         self.frontiers = self._edges.clusters(self.grid)
+        if self._boundary is not None:
+            self.frontiers, self.frontiers_beyond = self._boundary.split(self.frontiers, self.grid)
         return self.frontiers

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from occmap.barred import BarredGaps, Gap, gap_at
 from occmap.body import Body
+from occmap.boundary import Boundary
 from occmap.escape import way_out
 from occmap.geometry import Pose2
 from occmap.grid import Cells, OccupancyGrid
@@ -85,10 +86,16 @@ class Planner:
     nearest occupied cell.
     """
 
-    def __init__(self, config: PlannerConfig | None = None, body: Body | None = None) -> None:
+    def __init__(
+        self,
+        config: PlannerConfig | None = None,
+        body: Body | None = None,
+        boundary: Boundary | None = None,
+    ) -> None:
         self.config = config or PlannerConfig()
         self.body = body or Body()
         self.barred = BarredGaps()
+        self._boundary = boundary
         self._memory = SearchMemory()
         self._resolution_m = math.nan
 
@@ -109,7 +116,10 @@ class Planner:
             roomy = self.body.radius_m + c.roomy_margin_m
             self._prices = price_list(self._limits, roomy, c.wall_weight, c.tight_weight)
             self._escape_prices = escape_price_list()
-        return Terrain.of(grid, clearance_m, self._prices, self._limits, self.barred.closed_cells(grid))
+        closed = self.barred.closed_cells(grid)
+        if self._boundary is not None:
+            closed = np.union1d(closed, self._boundary.closed_cells(grid))
+        return Terrain.of(grid, clearance_m, self._prices, self._limits, closed)
 
     def flood(
         self,

@@ -128,13 +128,16 @@ def configuration_space(truth: TruthGrid, body_radius_m: float) -> Mask:
     return clearance_m(truth.wall, truth.resolution_m) >= body_radius_m + MARGIN_M - TOUCH
 
 
-def reachable(truth: TruthGrid, start: Pose2, body_radius_m: float) -> Mask:
+def reachable(truth: TruthGrid, start: Pose2, body_radius_m: float, within: Mask | None = None) -> Mask:
     """The part of the configuration space that is connected with the start (8-neighbours).
 
     A start nearer to a wall than the margin belongs to the nearest place within a body's radius
-    of it; one without any such place reaches nothing but its own cell.
+    of it; one without any such place reaches nothing but its own cell. The body's axis stays within
+    a mask of cells, if one is given.
     """
     space = configuration_space(truth, body_radius_m)
+    if within is not None:
+        space &= within
     labels = connected_parts(space)
     ix, iy = truth.cell_of(start)
     label = labels[iy, ix] or _label_near(labels, ix, iy, math.ceil(body_radius_m / truth.resolution_m))
@@ -155,11 +158,14 @@ def _label_near(labels: NDArray[np.int32], ix: int, iy: int, radius: int) -> int
     return int(labels[jy[nearest] + y0, jx[nearest] + x0])
 
 
-def explorable(truth: TruthGrid, start: Pose2, body_radius_m: float, range_m: float) -> Mask:
+def explorable(
+    truth: TruthGrid, start: Pose2, body_radius_m: float, range_m: float, within: Mask | None = None
+) -> Mask:
     """Every free cell in line of sight and range of a place that the body can reach from the start.
 
     Places are the start and the reachable cells on a lattice of PLACE_SPACING_M. A cell sees a place
-    if all cells of Bresenham's line from it to the place are free.
+    if all cells of Bresenham's line from it to the place are free. Where a mask of cells is given, both
+    the places and what is seen from them are within it.
     """
     from sim import truth_kernels  # numba: only when the truth is asked for
 
@@ -167,9 +173,11 @@ def explorable(truth: TruthGrid, start: Pose2, body_radius_m: float, range_m: fl
     if truth.wall[iy, ix]:
         raise ValueError(f"the start ({start.x_m:.2f}, {start.y_m:.2f}) is inside a wall")
     stride = max(1, math.floor(PLACE_SPACING_M / truth.resolution_m + TOUCH))
-    places = np.ascontiguousarray(reachable(truth, start, body_radius_m)[::stride, ::stride])
+    places = np.ascontiguousarray(reachable(truth, start, body_radius_m, within)[::stride, ::stride])
     labels = connected_parts(~truth.wall)
     candidate = labels == labels[iy, ix]  # a line of sight is a chain of free cells
+    if within is not None:
+        candidate &= within
     reach = (range_m / truth.resolution_m) ** 2 + TOUCH
     return truth_kernels.cells_in_sight(~truth.wall, candidate, places, stride, ix, iy, reach)
 

@@ -1,5 +1,8 @@
 """From a config to a robot in a building."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
 from experiments.config import ExperimentConfig
@@ -21,3 +24,14 @@ def test_the_mind_knows_the_body_that_it_drives_from_one_source():
     assert body.radius_m == experiment.robot.world.body_radius_m
     assert (body.max_speed_mps, body.turn_acceleration_radps2) == (0.8, 2.0)
     assert body.period_s == pytest.approx(0.2)
+
+
+def test_what_is_outside_of_a_boundary_does_not_count():
+    whole = ExperimentConfig(building=BuildingConfig(kind="apartment", seed=1))
+    robot = prepare(whole).robot
+    x, y = robot.world.world_from_robot.position
+    square = ((x - 2.0, y - 2.0), (x + 2.0, y - 2.0), (x + 2.0, y + 2.0), (x - 2.0, y + 2.0))
+    part = prepare(replace(whole, boundary=square))
+    assert 0.0 < part.scorer.explorable_area_m2 <= 16.0 < prepare(whole).scorer.explorable_area_m2
+    corners = part.world_from_map.apply(np.array(part.explorer.config.boundary_in_map))
+    np.testing.assert_allclose(corners, square, atol=1e-9)
