@@ -51,14 +51,18 @@ class Candidate:
 
 
 def candidates(
-    config: CandidateConfig, graph: PoseGraph, centres_in_map: Floats, younger: int
+    config: CandidateConfig, graph: PoseGraph, centres_in_map: Floats, younger: int, after_gap: int = 0
 ) -> list[Candidate]:
-    """The submaps before `younger` worth comparing with it. centres_in_map is (younger + 1, 2)."""
+    """The submaps before `younger` worth comparing with it. centres_in_map is (younger + 1, 2).
+
+    `after_gap` is the last submap up to it that nothing was tracked to: of those before it, even the
+    latest tell something new.
+    """
     var_m2, var_rad2 = uncertainty_from(graph, younger, config.common_share)
     sigma_m, sigma_rad = np.sqrt(var_m2), np.sqrt(var_rad2)
     away_m = np.hypot(*(centres_in_map - centres_in_map[younger]).T)
     chosen: list[int] = []
-    for k in np.argsort(away_m[: max(younger - config.gap, 0)], kind="stable").tolist():
+    for k in np.argsort(away_m[: max(younger - config.gap, after_gap)], kind="stable").tolist():
         is_lost = sigma_m[k] > config.lost_m
         if len(chosen) >= (config.lost_most if is_lost else config.most):
             break

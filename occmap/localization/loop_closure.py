@@ -104,7 +104,8 @@ class LoopCloser:
         sights_in_map = np.column_stack(
             (x + c * sights[:, 0] - s * sights[:, 1], y + s * sights[:, 0] + c * sights[:, 1])
         )
-        found = candidates(self.config.candidates, self._graph, sights_in_map, submap)
+        after_gap = max((k for k in range(submap + 1) if self._submaps[k].is_after_gap), default=0)
+        found = candidates(self.config.candidates, self._graph, sights_in_map, submap, after_gap)
         self.waiting.extendleft(reversed(found))  # where the robot is now comes first
 
     def step(self) -> bool:
@@ -136,7 +137,13 @@ class LoopCloser:
         believed = [loop] if loop.is_sure else self._with_witnesses(loop)
         for each in believed:
             self._graph.add_edge(
-                each.older, each.younger, each.older_from_younger, each.information, Loss.DCS, c.dcs_chi2
+                each.older,
+                each.younger,
+                each.older_from_younger,
+                each.information,
+                Loss.DCS,
+                c.dcs_chi2,
+                is_graduated=True,
             )
         self.believed += believed
         return bool(believed)

@@ -29,8 +29,10 @@ class ComparisonConfig(Positive):
     """And never turns farther."""
     off_m: float = 0.05
     """Between two orientations searched, the farthest point is off by at most this."""
-    most_work: int = 40_000_000
+    least_work: int = 40_000_000
     """Points looked up for one pair; what is not clear by then is too much alike to be told apart."""
+    work_per_m2: int = 400_000
+    """But so many for every square metre of the window, if that is more."""
     query_radius_m: float = 10.0
     """Surfels this near to where the robot was are compared."""
     query_most_m: float = 30.0
@@ -67,7 +69,7 @@ class Comparison:
         self._points = seen_nearby(younger, config.query_spacing_m, config).points
         self._search: WindowSearch | None = None
         self._best: WindowSearch | None = None
-        self._work = config.most_work
+        self._work = config.least_work
 
     def step(self, older: Submap, younger: Submap, matcher: Matcher, work: int) -> bool:
         """Do a slice of it; True once there is nothing more to find out."""
@@ -75,7 +77,9 @@ class Comparison:
         if self._search is None:
             if len(self._points) < c.least_points:
                 return True
-            self._search = WindowSearch(self._points, older.raster, self._window())
+            window = self._window()
+            self._search = WindowSearch(self._points, older.raster, window)
+            self._work = max(self._work, round(c.work_per_m2 * (2.0 * window.half_width_m) ** 2))
         self._work -= work
         self._search.step(older.raster, work)
         if not self._search.is_done:

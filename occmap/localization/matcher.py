@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,12 +34,18 @@ class MatcherConfig(Positive):
     """Scale of the robust loss in the end."""
     doubtful_fit: float = 0.6
     """If a smaller share of the points lies on the map, a wider window is searched."""
+    doubtful_share: float = 0.8
+    """Also if it is smaller than this part of what usually does: so well another place may fit."""
     second_look_m: float = 1.0
     """Its half width."""
     second_look_rad: float = 1.6
     """And how far it turns."""
     second_gain: float = 0.1
     """What must be gained there for the prediction to be given up."""
+    rival_m: float = 0.5
+    """After a gap, no place so far from the one found may look as much like it."""
+    rival_share: float = 0.85
+    """Of the found place's score on the raster, that a rival has."""
     iterations: int = 6
     """Gauss-Newton steps at each scale, at most."""
 
@@ -53,6 +59,12 @@ class Match:
     posterior: NDArray[np.float64]  # (3, 3) the same with the prediction's
     fit: float
     """Share of the points that lie on the map, 0 to 1."""
+
+    def tells(self, sigma_m: float) -> bool:
+        """Whether the points alone know the position twice as well, along every axis."""
+        xx, xy, yy = self.information[0, 0], self.information[0, 1], self.information[1, 1]
+        least = 0.5 * (xx + yy) - math.hypot(0.5 * (xx - yy), xy)
+        return bool(least * sigma_m * sigma_m > 4.0)
 
 
 @dataclass(frozen=True)
@@ -82,7 +94,9 @@ class Matcher:
         self.config = config or MatcherConfig()
         self._scales = np.array([self.config.wide_m, self.config.narrow_m])
 
-    def match(self, cloud: Cloud, submap: Submap, guess: Pose2, prediction: Prediction) -> Match:
+    def match(
+        self, cloud: Cloud, submap: Submap, guess: Pose2, prediction: Prediction, usual_fit: float = 0.0
+    ) -> Match:
         """A cloud of the robot's frame against a submap, near a guess of submap_from_robot."""
         start = self._track(cloud.points, submap, guess, prediction)
         off = guess.inverse() @ start
@@ -91,7 +105,7 @@ class Matcher:
         # a search that went elsewhere has caught the wheels lying: Cauchy-like, let go of them
         prior = np.diag([sm**-2, sm**-2, sr**-2]) / (1.0 + surprise / 9.0) ** 2
         match = self.refine(cloud, submap, start, guess, prior)
-        if match.fit < self.config.doubtful_fit:
+        if match.fit < max(self.config.doubtful_fit, self.config.doubtful_share * usual_fit):
             match = self._second_look(cloud, submap, guess, prior, match)
         return match
 
@@ -107,6 +121,18 @@ class Matcher:
         found, _ = self.search(apart, submap, Search(guess, c.second_look_m, c.second_look_rad, turn_step))
         second = self.refine(cloud, submap, found, guess, 0.01 * prior)
         return second if second.fit > first.fit + c.second_gain else first
+
+    def has_rival(self, cloud: Cloud, submap: Submap, match: Match, prediction: Prediction) -> bool:
+        """Whether the cloud fits nearly as well elsewhere in the window of a prediction."""
+        c, found = self.config, match.submap_from_robot
+        apart = self.thinned(cloud.points, 2.0 * c.spacing_m)
+        if len(apart) == 0:
+            return True
+        step = angle_step(apart, 2.0 * submap.raster.cell_m)
+        _, score = self.search(apart, submap, Search(found, c.rival_m, step, step))
+        nearly = c.rival_share * score
+        wide = Search(found, prediction.window_m, prediction.window_rad, step, least_score=nearly, shun=found)
+        return self.search(apart, submap, replace(wide, shun_m=c.rival_m))[1] > nearly
 
     def _track(self, points: Points, submap: Submap, guess: Pose2, prediction: Prediction) -> Pose2:
         """The best pose on the raster near the guess, weighed against the prediction."""

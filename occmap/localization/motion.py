@@ -39,9 +39,31 @@ class MotionConfig(Positive):
     max_window_rad: float = 0.6
     """And never turns farther."""
     blind_sigma_m: float = 0.15
-    """Without odometry: standard deviation of a step from the last one repeated."""
+    """Without odometry, or with wheels that err by more: standard deviation of a step from the last one."""
     blind_sigma_rad: float = 0.10
     """The same, of its turn."""
+    blind_mps2: float = 0.5
+    """It grows with the square of the time between scans: robots speed up and slow down."""
+    pause_s: float = 2.0
+    """After so long without a scan, the way that was driven need not be the straight step of odometry."""
+    pause_mps: float = 0.3
+    """If the robot has moved at all in it, it is taken to have driven this fast."""
+    gap_window_m: float = 3.0
+    """A step that is known too little for its window is searched so far round."""
+    leap_m: float = 1.0
+    """Wheels that claim more than this at once, and more than a robot drives in the time, count anew."""
+    leap_mps: float = 4.0
+    """No robot drives faster."""
+    leap_rad: float = 1.0
+    """Nor do they turn farther than this at once, and faster than a robot turns."""
+    leap_radps: float = 6.0
+    """No robot turns faster."""
+    least_step_m: float = 0.02
+    """Shorter steps do not tell how wheels err."""
+    memory: int = 30
+    """Steps over which the wheels' errors are averaged, to tell how far to believe them."""
+    most_distrust: float = 6.0
+    """The standard deviations of wheels that err more are multiplied, but by no more than this."""
 
 
 @dataclass(frozen=True)
@@ -53,41 +75,113 @@ class Prediction:
     sigma_rad: float
     window_m: float
     window_rad: float
+    is_gap: bool = False
+    """The robot may be where nothing is seen of what was seen last."""
+
+
+@dataclass
+class Distrust:
+    """How many of their expected standard deviations wheels err by."""
+
+    mean_square: float = 1.0
+
+    def learn(self, sigmas: float, memory: int) -> None:
+        """One more step was off by so many; outliers count as ten."""
+        self.mean_square += (min(sigmas * sigmas, 100.0) - self.mean_square) / memory
+
+    def factor(self, most: float) -> float:
+        """What to multiply standard deviations by: never less than 1."""
+        return min(math.sqrt(max(self.mean_square, 1.0)), most)
 
 
 class MotionModel:
-    """Predicts a step from odometry; from the last step if odometry has never moved."""
+    """Predicts a step from odometry; from the last step if odometry has never moved.
+
+    How far wheels are believed follows from how they did of late, as far as scans could tell
+    (innovation-based adaptive estimation, Mehra 1972).
+    """
 
     def __init__(self, config: MotionConfig) -> None:
         self.config = config
         self._odometry_moves = False
         self._last: Observation | None = None
         self._last_step = Pose2.identity()
+        self._expected: tuple[Pose2, float, float] | None = None  # the wheels' step and its deviations
+        self._distrust_m, self._distrust_rad = Distrust(), Distrust()
         self.step_s = 0.0
         """Seconds from the last observation but one to the last."""
 
     def predict(self, seen: Observation) -> Prediction:
-        c = self.config
         step = (
             Pose2.identity()
             if self._last is None
             else self._last.odom_from_robot.inverse() @ seen.odom_from_robot
         )
-        self.step_s = 0.0 if self._last is None else seen.time_s - self._last.time_s
+        self.step_s = 0.0 if self._last is None else max(seen.time_s - self._last.time_s, 0.0)
         self._last = seen
         self._odometry_moves |= step != Pose2.identity()
-        if not self._odometry_moves:
-            window_m, window_rad = 3.0 * c.blind_sigma_m, 3.0 * c.blind_sigma_rad
-            return Prediction(self._last_step, c.blind_sigma_m, c.blind_sigma_rad, window_m, window_rad)
+        self._expected = None
+        if not self._odometry_moves or self._is_leap(step):
+            return self._blind()
+        return self._by_wheels(step)
+
+    def _is_leap(self, step: Pose2) -> bool:
+        """Whether a step is none that a robot can take."""
+        c = self.config
+        too_far = math.hypot(step.x_m, step.y_m) > c.leap_m + c.leap_mps * self.step_s
+        return too_far or abs(step.yaw_rad) > c.leap_rad + c.leap_radps * self.step_s
+
+    def _blind(self) -> Prediction:
+        """The last step once more; after a pause, the robot may have driven anywhere."""
+        c = self.config
+        if self.step_s > c.pause_s:
+            driven_m = c.pause_mps * self.step_s
+            sigma_m, sigma_rad = c.blind_sigma_m + driven_m, min(c.blind_sigma_rad + driven_m, math.pi)
+            window_m, window_rad = min(3.0 * sigma_m, c.gap_window_m), min(3.0 * sigma_rad, math.pi)
+            return Prediction(Pose2.identity(), sigma_m, sigma_rad, window_m, window_rad, is_gap=True)
+        sigma_m, sigma_rad = c.blind_sigma_m, c.blind_sigma_rad
+        return Prediction(self._last_step, sigma_m, sigma_rad, 3.0 * sigma_m, 3.0 * sigma_rad)
+
+    def _by_wheels(self, step: Pose2) -> Prediction:
+        """What the wheels say, believed as far as they have earned it."""
+        c = self.config
         metres, turn = math.hypot(step.x_m, step.y_m), abs(step.yaw_rad)
+        if self.step_s > c.pause_s and max(metres, turn) > c.least_step_m:
+            metres = max(metres, c.pause_mps * self.step_s)
+        root = math.sqrt(max(metres, 1.0))  # errors of many metres average out
         sigma_m = c.sigma_m + c.sigma_m_per_m * metres
-        sigma_rad = c.sigma_rad + c.sigma_rad_per_rad * turn + c.sigma_rad_per_m * metres
+        sigma_rad = c.sigma_rad + c.sigma_rad_per_rad * turn + c.sigma_rad_per_m * metres / root
+        self._expected = step, sigma_m, sigma_rad
+        step, sigma_m, sigma_rad = self._distrusted(step, sigma_m, sigma_rad, root)
+        is_gap = 3.0 * sigma_m > c.max_window_m
         window_m = max(c.window_m + c.window_m_per_m * metres, 3.0 * sigma_m)
         window_rad = c.window_rad + c.window_rad_per_rad * turn + c.window_rad_per_m * metres
-        window_rad = max(window_rad, 3.0 * sigma_rad)
         return Prediction(
-            step, sigma_m, sigma_rad, min(window_m, c.max_window_m), min(window_rad, c.max_window_rad)
+            step,
+            sigma_m,
+            sigma_rad,
+            min(window_m, c.gap_window_m if is_gap else c.max_window_m),
+            min(max(window_rad, 3.0 * sigma_rad), c.max_window_rad),
+            is_gap,
         )
+
+    def _distrusted(
+        self, step: Pose2, sigma_m: float, sigma_rad: float, root: float
+    ) -> tuple[Pose2, float, float]:
+        """Step and standard deviations, of wheels that erred as these did of late.
+
+        If they say less than that robots go on as they went, that is what the robot is taken to have done.
+        """
+        c, blind = self.config, self._blind()
+        most_m = max(blind.sigma_m + 0.5 * c.blind_mps2 * self.step_s**2, sigma_m)
+        most_rad = max(blind.sigma_rad + 0.5 * c.blind_mps2 * self.step_s**2, sigma_rad)
+        sigma_m *= 1.0 + (self._distrust_m.factor(c.most_distrust) - 1.0) / root
+        sigma_rad *= 1.0 + (self._distrust_rad.factor(c.most_distrust) - 1.0) / root
+        if sigma_m > most_m:
+            step, sigma_m = Pose2(blind.step.x_m, blind.step.y_m, step.yaw_rad), most_m
+        if sigma_rad > most_rad:
+            step, sigma_rad = Pose2(step.x_m, step.y_m, blind.step.yaw_rad), most_rad
+        return step, sigma_m, sigma_rad
 
     @property
     def last(self) -> Observation | None:
@@ -98,6 +192,12 @@ class MotionModel:
         """Odometry begins anew, or there is none from now on: the robot is taken to be where it was."""
         self._last, self._last_step, self._odometry_moves = None, Pose2.identity(), False
 
-    def took(self, step: Pose2) -> None:
-        """What the step turned out to be."""
-        self._last_step = step
+    def took(self, step: Pose2, is_seen: bool = True) -> None:
+        """What the step turned out to be; is_seen if the scan says so, and not just the prediction."""
+        c, expected, self._last_step = self.config, self._expected, step
+        if not is_seen or expected is None or math.hypot(step.x_m, step.y_m) < c.least_step_m:
+            return
+        by_wheels, sigma_m, sigma_rad = expected
+        off = by_wheels.inverse() @ step
+        self._distrust_m.learn(math.hypot(off.x_m, off.y_m) / sigma_m, c.memory)
+        self._distrust_rad.learn(abs(off.yaw_rad) / sigma_rad, c.memory)

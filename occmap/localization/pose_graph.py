@@ -41,9 +41,14 @@ class PoseGraphConfig:
     """Of Levenberg-Marquardt, relative to the diagonal; small: the first step is nearly Gauss-Newton's."""
     max_damping: float = 1e8
     """No step is worth taking when even this one does not lower the cost."""
+    easing: float = 0.5
+    """Graduated losses are lenient after an edge was added that the poses disagree with, and less so by this
+    factor with every iteration (graduated non-convexity, Yang et al. 2020): who is wrong shows in the end."""
 
     def __post_init__(self) -> None:
-        for name in ("relative_tolerance", "initial_damping", "max_damping"):
+        if not self.easing < 1.0:
+            raise ValueError(f"easing must be less than 1, got {self.easing}")
+        for name in ("relative_tolerance", "initial_damping", "max_damping", "easing"):
             if not getattr(self, name) > 0.0:
                 raise ValueError(f"{name} must be positive, got {getattr(self, name)}")
 
@@ -74,6 +79,8 @@ class PoseGraph:
         self._information = GrowingArray((3, 3))
         self._loss = GrowingArray(dtype=np.int64)
         self._scale = GrowingArray()
+        self._is_graduated = GrowingArray(dtype=np.bool_)
+        self._ease = 1.0  # what the scales of graduated losses are multiplied by for now
         self._equations: NormalEquations | None = None
         self._slot = np.empty(0, np.int64)
         self._forget_damping()
@@ -93,8 +100,12 @@ class PoseGraph:
         information: Floats,
         loss: Loss = Loss.SQUARED,
         loss_scale: float = 1.0,
+        is_graduated: bool = False,
     ) -> int:
-        """A new edge's number. information (3, 3) is the inverse covariance of (x, y, yaw) in j's frame."""
+        """A new edge's number. information (3, 3) is the inverse covariance of (x, y, yaw) in j's frame.
+
+        A graduated edge that disagrees with the poses is given a chance to convince the others.
+        """
         information = np.asarray(information, np.float64)
         if not (0 <= i < len(self._poses) and 0 <= j < len(self._poses)) or i == j:
             raise ValueError(f"an edge joins two of the nodes 0 to {len(self._poses) - 1}, got {i} and {j}")
@@ -109,6 +120,9 @@ class PoseGraph:
         self._scale.append(loss_scale)
         self._equations = None
         self._forget_damping()
+        self._is_graduated.append(is_graduated)
+        if is_graduated:
+            self._ease = max(self._ease, float(self.chi2()[-1]) / loss_scale)
         return len(self._ends) - 1
 
     def remove_edge(self, edge: int) -> None:
@@ -160,7 +174,7 @@ class PoseGraph:
         """What is minimised: the sum of every edge's loss."""
         from occmap.localization import pose_graph_kernels as kernels
 
-        return kernels.robust_cost(self.chi2(), self._loss.rows, self._scale.rows)
+        return kernels.robust_cost(self.chi2(), self._loss.rows, self._scale_for_now())
 
     def optimise(self, max_iterations: int = 50) -> Iteration:
         """Iterate until converged; returns the last iteration, with the cost before the first one."""
@@ -181,6 +195,7 @@ class PoseGraph:
         """
         from occmap.localization import pose_graph_kernels as kernels
 
+        is_lenient, self._ease = self._ease > 1.0, max(1.0, self.config.easing * self._ease)
         cost = self._linearise()
         equations = self._system()
         if equations.gradient.size == 0:
@@ -197,12 +212,13 @@ class PoseGraph:
             self._damping *= max(1.0 / 3.0, 1.0 - (2.0 * min(gain, 1.0) - 1.0) ** 3)
             self._damping = max(self._damping, 1e-3 * self.config.initial_damping)
             self._damping_growth = 2.0
-            return Iteration(cost, new_cost, accepted=True, converged=cost - new_cost <= tolerance * cost)
+            is_done = not is_lenient and cost - new_cost <= tolerance * cost
+            return Iteration(cost, new_cost, accepted=True, converged=is_done)
         self.poses[:] = before
         self._damping *= self._damping_growth
         self._damping_growth *= 2.0
         hopeless = self._damping > self.config.max_damping or predicted <= 1e-3 * tolerance * cost
-        return Iteration(cost, cost, accepted=False, converged=hopeless)
+        return Iteration(cost, cost, accepted=False, converged=hopeless and not is_lenient)
 
     def relative_covariance(self, i: int, j: int) -> Floats:
         """(3, 3) covariance of i_from_j, (x, y, yaw) in j's frame, as the graph knows it now.
@@ -223,6 +239,9 @@ class PoseGraph:
             if self._slot[node] >= 0:
                 jacobian[:, 3 * self._slot[node] : 3 * self._slot[node] + 3] += block
         return jacobian @ np.column_stack([equations.solve(row) for row in jacobian])
+
+    def _scale_for_now(self) -> Floats:
+        return np.where(self._is_graduated.rows, self._ease, 1.0) * self._scale.rows
 
     def _forget_damping(self) -> None:
         self._damping, self._damping_growth = self.config.initial_damping, 2.0
@@ -248,7 +267,7 @@ class PoseGraph:
             self.measured,
             self.information,
             self._loss.rows,
-            self._scale.rows,
+            self._scale_for_now(),
             self._slot,
             pattern.column_start,
             pattern.blocks_above,

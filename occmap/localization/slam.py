@@ -58,7 +58,7 @@ class SlamLocalizer:
         scan = undistorted(seen.scan, seen.robot_from_lidar, prediction.step, self.motion.step_s)
         cloud = Cloud.of(scan, seen.robot_from_lidar, self.config.submap.reach_m)
         tracked = self.tracker.update(cloud, prediction, scan, seen.robot_from_lidar)
-        self.motion.took(self.tracker.last_step)
+        self.motion.took(self.tracker.last_step, self.tracker.is_seen)
         self.track.append((seen.time_s, tracked))
         self._add_new_submaps()
         self._think()
@@ -108,8 +108,9 @@ class SlamLocalizer:
                 continue
             self.graph.add_node(self.graph.pose(k - 1) @ submap.previous_from_submap)
             self.graph.add_edge(k - 1, k, submap.previous_from_submap, submap.information)
-            if k >= 2:
-                self.loops.propose(k - 2)
+            for older in range(max(k - 2, 0), k):
+                if self.tracker.submaps[older].cloud is not None:
+                    self.loops.propose(older)
 
     def _think(self) -> None:
         """A turn's part of all that may take longer than a turn."""

@@ -61,6 +61,7 @@ class Submap:
     cloud: NDArray[np.float32] | None = None  # (n, COLUMNS) surfels, once finished
     centre: tuple[float, float] = (0.0, 0.0)  # mean of the robot's positions
     views: list[View] = field(default_factory=list)
+    is_after_gap: bool = False  # nothing was tracked from the previous one to this
     _surfels: SurfelMap | None = None
     _raster: LikelihoodPyramid | None = None
 

@@ -45,6 +45,10 @@ class TrackerConfig(Positive):
     """Standard deviation of the drift between two submaps even where every match is perfect."""
     drift_rad: float = 0.0015
     """The same, of their turn."""
+    bridge_fit: float = 0.7
+    """After a gap, a scan of which less than this share lies on the map shows another place."""
+    usual_memory: int = 20
+    """So many scans are averaged to know how well scans fit hereabouts."""
 
 
 @dataclass(frozen=True)
@@ -82,14 +86,18 @@ class Tracker:
         self._last_inserted = Pose2.identity()  # the same
         self.last_step = Pose2.identity()
         """previous_robot_from_robot, as tracked."""
+        self.is_seen = False
+        """Whether the scan says so, rather than the prediction."""
         self._drift = np.zeros((3, 3))  # covariance since the youngest submap began, in its frame
+        self._first = 0  # submap since the last gap
+        self._usual_fit = 0.0
         self._still: Pose2 | None = Pose2.identity()  # the wheels' word since the start, until they move
         self._first_scans = 0
 
     @property
     def reference(self) -> int:
-        """The older of the two growing submaps."""
-        return max(len(self.submaps) - 2, 0)
+        """The older of the two growing submaps; after a gap there is only one for a while."""
+        return max(len(self.submaps) - 2, self._first)
 
     def update(self, cloud: Cloud, prediction: Prediction, scan: Scan, robot_from_lidar: Pose2) -> Tracked:
         """Track one scan, given in the robot's frame."""
@@ -99,11 +107,16 @@ class Tracker:
             return Tracked(0, self._pose, self._pose, 0.0)
         if self.submaps[-1].cloud is not None:  # it was finished, and goes on
             self._begin_submap(scan)
+        reference = self.submaps[self.reference]
         guess = self._pose @ prediction.step
-        match = self.matcher.match(cloud, self.submaps[self.reference], guess, prediction)
+        match = self.matcher.match(cloud, reference, guess, prediction, self._usual_fit)
+        if prediction.is_gap and not self._is_bridged(match, cloud, prediction):
+            return self._begin_anew(cloud, prediction, scan, robot_from_lidar)
+        self._usual_fit += (match.fit - self._usual_fit) / self.config.usual_memory
         if self._stands_at_the_start(prediction, match):
             return self._look_again(cloud)
         self.last_step = self._pose.inverse() @ match.submap_from_robot
+        self.is_seen = match.fit >= self.config.bridge_fit and match.tells(prediction.sigma_m)
         self._pose = match.submap_from_robot
         tracked = Tracked(
             self.reference, self._pose, self.younger_from_older() @ self._pose, self._blend(), match.fit
@@ -115,6 +128,30 @@ class Tracker:
                 self._begin_submap(scan)
                 self._insert_into(self.submaps[-1], Pose2.identity(), cloud, scan, robot_from_lidar)
         return tracked
+
+    def _is_bridged(self, match: Match, cloud: Cloud, prediction: Prediction) -> bool:
+        """Whether a scan after a gap surely shows the place that was seen before it, and just where."""
+        return (
+            match.fit >= self.config.bridge_fit
+            and prediction.window_m >= 2.0 * prediction.sigma_m
+            and not self.matcher.has_rival(cloud, self.submaps[self.reference], match, prediction)
+        )
+
+    def _begin_anew(
+        self, cloud: Cloud, prediction: Prediction, scan: Scan, robot_from_lidar: Pose2
+    ) -> Tracked:
+        """A submap of what is seen after a gap; only loops, or the wheels, tell where it is."""
+        variances = np.array([prediction.sigma_m, prediction.sigma_m, prediction.sigma_rad]) ** 2
+        self._drift += np.diag(variances)
+        self.last_step, self.is_seen = prediction.step, False
+        self._pose = self._pose @ prediction.step
+        self.finish()
+        self._begin_submap(scan)
+        self._first = len(self.submaps) - 1
+        self.submaps[-1].is_after_gap = True
+        self._pose, self._usual_fit = Pose2.identity(), 0.0
+        self._insert(cloud, scan, robot_from_lidar)
+        return Tracked(self._first, self._pose, self._pose, 0.0)
 
     def _stands_at_the_start(self, prediction: Prediction, match: Match) -> bool:
         """Whether neither wheels nor scans have seen the robot move so far."""
@@ -143,10 +180,14 @@ class Tracker:
 
     def younger_from_older(self) -> Pose2:
         """youngest_from_reference; identity while there is only one submap."""
-        return self.submaps[-1].previous_from_submap.inverse() if len(self.submaps) > 1 else Pose2.identity()
+        return self.submaps[-1].previous_from_submap.inverse() if self._are_two else Pose2.identity()
+
+    @property
+    def _are_two(self) -> bool:
+        return self.reference < len(self.submaps) - 1
 
     def _blend(self) -> float:
-        return self.submaps[-1].scans / self.config.scans_per_half if len(self.submaps) > 1 else 0.0
+        return self.submaps[-1].scans / self.config.scans_per_half if self._are_two else 0.0
 
     def _moved_enough(self) -> bool:
         moved = self._last_inserted.inverse() @ self._pose
@@ -156,7 +197,7 @@ class Tracker:
         self._last_inserted = self._pose
         if self.submaps[self.reference].cloud is None:
             self._insert_into(self.submaps[self.reference], self._pose, cloud, scan, robot_from_lidar)
-        if len(self.submaps) > 1:
+        if self._are_two:
             pose = self.younger_from_older() @ self._pose
             self._insert_into(self.submaps[-1], pose, cloud, scan, robot_from_lidar)
 
