@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from occmap.boundary import Boundary
 from occmap.frontiers import Frontier, FrontierConfig, FrontierMap
 from occmap.goals import SAME_GOAL_M, Goal, GoalChooser, best_of
+from occmap.hopeless import Hopeless
 from occmap.leftovers import Leftovers
 from occmap.memory import FailedLooks
 from occmap.tour import Tour
@@ -33,8 +34,8 @@ TOUR_CELLS = 3_000_000
 """On a larger map the nearest frontier is sought: a tour looks at all of the map, and at all that is left."""
 LARGE_CELLS = 1_000_000
 """From so many cells in reach on it pays to remember where there was nothing to look at."""
-DETOUR = 1.3
-"""By this factor a way may be longer than it looks on a coarse map."""
+DETOURS = (1.3, 3.0)
+"""By these factors a way may be longer than it looks on a coarse map: usually, and along walls all the way."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +55,7 @@ class GoalSearch:
         self.looks = looks
         self._boundary = boundary
         self._leftovers: Leftovers | None = None
+        self._hopeless = Hopeless()
         self._tour = Tour(chooser.config.tour) if chooser.config.strategy == "tour" else None
 
     def run(
@@ -150,13 +152,18 @@ class GoalSearch:
     ) -> tuple[list[Goal], Wavefront]:
         """Goals at the first stop of a tour that has any; what no tour gets to is sought as without one."""
         wave = flood(bounds_m[0])
-        candidates = list(self._worth_a_look(frontiers, grid))
+        hopeless = self._hopeless.among(frontiers, grid)
+        candidates = [each for each in self._worth_a_look(frontiers, grid) if id(each[0]) not in hopeless]
         heading = _nearest_to(pursued, candidates)
         for stop in tour.stops([each for each, _ in candidates], wave.terrain, wave.start_cell, heading):
-            wave = flood(max(bounds_m[0], DETOUR * stop.cost_m + NEAR_M))
-            goals = self._from_near((candidates[k] for k in stop.members), grid, wave)
-            if goals:
-                return goals, wave
+            members = [candidates[k] for k in stop.members]
+            for detour in DETOURS:
+                wave = flood(max(bounds_m[0], detour * stop.cost_m + NEAR_M))
+                goals = self._from_near(members, grid, wave)
+                if goals:
+                    return goals, wave
+            for frontier, _ in members:
+                self._hopeless.note(frontier, grid)
         return self._widening(frontiers, grid, flood, bounds_m, pursued)
 
     def _widening(

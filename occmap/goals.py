@@ -58,7 +58,7 @@ class GoalConfig:
     """A shorter frontier is a speck: no gap that the body fits through is this narrow."""
     min_far_frontier_m: float = 0.5
     """One that can only be seen from farther away than any usual look must be this long."""
-    min_nook_m: float = 0.15
+    min_nook_m: float = 0.1
     """When nothing else is left, edges of the unknown along walls get one look if they are this long."""
     hysteresis_m: float = 1.0
     """Another goal must be better by this much before a good one is abandoned for it."""
@@ -90,7 +90,7 @@ class GoalConfig:
 
     def least_nook_m(self, resolution_m: float) -> float:
         """The same for edges along walls."""
-        return max(self.min_nook_m, min(3.0 * resolution_m, SPECK_M))
+        return max(self.min_nook_m, min(2.0 * resolution_m, SPECK_M))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
