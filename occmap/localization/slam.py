@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 from occmap.geometry import Pose2
 from occmap.grid import GridConfig, OccupancyGrid
+from occmap.localization.compass import Compass, CompassConfig
 from occmap.localization.localizer import Estimate
 from occmap.localization.loop_closure import LoopCloser, LoopClosureConfig
 from occmap.localization.matcher import Matcher, MatcherConfig
@@ -29,6 +30,7 @@ class SlamConfig:
     submap: SubmapConfig = field(default_factory=SubmapConfig)
     tracker: TrackerConfig = field(default_factory=TrackerConfig)
     loops: LoopClosureConfig = field(default_factory=LoopClosureConfig)
+    compass: CompassConfig = field(default_factory=CompassConfig)
     told: ToldMapConfig = field(default_factory=ToldMapConfig)
 
 
@@ -47,6 +49,7 @@ class SlamLocalizer:
         self.tracker = Tracker(c.tracker, c.submap, matcher)
         self.graph = PoseGraph()
         self.loops = LoopCloser(c.loops, matcher, self.graph, self.tracker.submaps)
+        self.compass = Compass(c.compass, self.graph, self.tracker.submaps)
         self.told = ToldMap(c.told, grid, sensor_model)
         self.track: list[tuple[float, Tracked]] = []
         self._settled = True
@@ -57,10 +60,13 @@ class SlamLocalizer:
         prediction = self.motion.predict(seen)
         scan = undistorted(seen.scan, seen.robot_from_lidar, prediction.step, self.motion.step_s)
         cloud = Cloud.of(scan, seen.robot_from_lidar, self.config.submap.reach_m)
+        stood = not self.tracker.has_left_the_start
         tracked = self.tracker.update(cloud, prediction, scan, seen.robot_from_lidar)
         self.motion.took(self.tracker.last_step, self.tracker.is_seen)
         self.track.append((seen.time_s, tracked))
         self._add_new_submaps()
+        if stood and self.tracker.has_left_the_start:
+            self.compass.look(0)
         self._think()
         return self._tell(seen, scan, tracked)
 
@@ -102,15 +108,19 @@ class SlamLocalizer:
     def _add_new_submaps(self) -> None:
         for k in range(len(self.graph.poses), len(self.tracker.submaps)):
             submap = self.tracker.submaps[k]
-            self.told.add_submap(submap.previous_from_submap)
             if k == 0:
                 self.graph.add_node(Pose2.identity())
-                continue
-            self.graph.add_node(self.graph.pose(k - 1) @ submap.previous_from_submap)
-            self.graph.add_edge(k - 1, k, submap.previous_from_submap, submap.information)
+            else:
+                self.graph.add_node(self.graph.pose(k - 1) @ submap.previous_from_submap)
+                self.graph.add_edge(k - 1, k, submap.previous_from_submap, submap.information)
+                self.compass.look(k - 1)
+            if k >= 2:
+                self.compass.look(k - 2)
+                self._settled = self.graph.iterate().converged
             for older in range(max(k - 2, 0), k):
                 if self.tracker.submaps[older].cloud is not None:
                     self.loops.propose(older)
+            self.told.add_submap(submap.previous_from_submap, self.graph.pose(k))
 
     def _think(self) -> None:
         """A turn's part of all that may take longer than a turn."""

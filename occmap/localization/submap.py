@@ -74,9 +74,11 @@ class Submap:
         (x, y), (new_x, new_y) = self.centre, submap_from_robot.position
         self.centre = x + (new_x - x) / self.scans, y + (new_y - y) / self.scans
 
-    def insert_again(self, cloud: Cloud) -> None:
-        """Another look from the origin, to average out its noise; it does not count as a scan."""
-        self.surfels.insert(cloud)
+    def see_better(self, cloud: Cloud, looks: int) -> None:
+        """Replace what was seen from the origin by the mean of so many looks from there."""
+        self.release()
+        for _ in range(looks):
+            self.surfels.insert(cloud)
         self.raster.insert(cloud.walls)
 
     def finish(self) -> None:
@@ -87,6 +89,11 @@ class Submap:
     def release(self) -> None:
         """Give up what can be built again from the cloud."""
         self._surfels = self._raster = None
+
+    @property
+    def rows(self) -> NDArray[np.float64]:
+        """(n, COLUMNS) the surfels so far; normals may be behind while it grows."""
+        return self.surfels.known if self.cloud is None else self.cloud.astype(np.float64)
 
     @property
     def surfels(self) -> SurfelMap:

@@ -73,6 +73,11 @@ class SurfelMap:
             self.index, self.rows, self.size, cloud.points, cloud.facing, *self.origin_m, self.voxels_per_m
         )
 
+    @property
+    def known(self) -> NDArray[np.float64]:
+        """(n, COLUMNS) view of the surfels so far."""
+        return self.rows[: self.size]
+
     def finished_rows(self) -> NDArray[np.float32]:
         """(n, COLUMNS) a compact copy of the surfels, every normal from all that is known."""
         from occmap.localization import surfel_kernels

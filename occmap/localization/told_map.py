@@ -29,6 +29,8 @@ class ToldMapConfig(Positive):
     """Or this long has passed: what it looks at may have changed."""
     moved_m: float = 0.04
     """A correction is worth a new grid once it moves a place by half a cell."""
+    seam_m: float = 0.03
+    """One that moves the youngest submap by no more is taken over at its seam."""
     lever_m: float = 5.0
     """A turn counts as the move of a wall this far away."""
     urgent_m: float = 0.25
@@ -67,10 +69,13 @@ class ToldMap:
         self._updates = 0  # since a rebuilding began
         self._last = (-math.inf, Pose2.identity())
 
-    def add_submap(self, previous_from_submap: Pose2) -> None:
-        """A submap begun by the tracker, where the last one says."""
+    def add_submap(self, previous_from_submap: Pose2, map_from_submap: Pose2) -> None:
+        """A submap begun by the tracker: where it lies as all that was seen has it, if that is near enough
+        to where the last one says for no seam to show."""
         for poses in (self.map_from_submap, self._corrected if self._rebuild else []):
-            poses.append(poses[-1] @ previous_from_submap if poses else previous_from_submap)
+            pose = poses[-1] @ previous_from_submap if poses else previous_from_submap
+            near = displacement_m(pose, map_from_submap, self.config.lever_m) <= self.config.seam_m
+            poses.append(map_from_submap if near else pose)
         self._reach_m.append(0.0)
 
     def pose_of(self, tracked: Tracked) -> Pose2:

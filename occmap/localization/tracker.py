@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from occmap.geometry import Pose2, wrap_angle
+from occmap.localization.long_look import LongLook
 from occmap.localization.matcher import Match, Matcher, axes
 from occmap.localization.motion import Prediction
 from occmap.localization.positive import Positive
@@ -92,7 +93,7 @@ class Tracker:
         self._first = 0  # submap since the last gap
         self._usual_fit = 0.0
         self._still: Pose2 | None = Pose2.identity()  # the wheels' word since the start, until they move
-        self._first_scans = 0
+        self._first_look: LongLook
 
     @property
     def reference(self) -> int:
@@ -104,6 +105,7 @@ class Tracker:
         if not self.submaps:
             self._begin_submap(scan)
             self._insert(cloud, scan, robot_from_lidar)
+            self._first_look = LongLook(scan, robot_from_lidar)
             return Tracked(0, self._pose, self._pose, 0.0)
         if self.submaps[-1].cloud is not None:  # it was finished, and goes on
             self._begin_submap(scan)
@@ -113,8 +115,12 @@ class Tracker:
         if prediction.is_gap and not self._is_bridged(match, cloud, prediction):
             return self._begin_anew(cloud, prediction, scan, robot_from_lidar)
         self._usual_fit += (match.fit - self._usual_fit) / self.config.usual_memory
-        if self._stands_at_the_start(prediction, match):
-            return self._look_again(cloud)
+        if self._still is not None:
+            self._still = self._still @ prediction.step
+            if self._stands(self._still, match):
+                return self._look_again(scan)
+            self._still = None
+            self._learn_the_start()
         self.last_step = self._pose.inverse() @ match.submap_from_robot
         self.is_seen = match.fit >= self.config.bridge_fit and match.tells(prediction.sigma_m)
         self._pose = match.submap_from_robot
@@ -153,26 +159,38 @@ class Tracker:
         self._insert(cloud, scan, robot_from_lidar)
         return Tracked(self._first, self._pose, self._pose, 0.0)
 
-    def _stands_at_the_start(self, prediction: Prediction, match: Match) -> bool:
-        """Whether neither wheels nor scans have seen the robot move so far."""
-        c = self.config
-        if self._still is not None:
-            self._still = self._still @ prediction.step
-            wheels_stand = is_within(self._still, c.still_m, c.still_rad)
-            if not (wheels_stand and is_within(match.submap_from_robot, c.still_fit_m, c.still_fit_rad)):
-                self._still = None
-        return self._still is not None
+    @property
+    def has_left_the_start(self) -> bool:
+        """Whether the robot has moved at all."""
+        return self._still is None
 
-    def _look_again(self, cloud: Cloud) -> Tracked:
+    def _stands(self, odom_from_robot: Pose2, match: Match) -> bool:
+        """Whether neither wheels nor scans see the robot anywhere but at the start."""
+        c = self.config
+        return is_within(odom_from_robot, c.still_m, c.still_rad) and is_within(
+            match.submap_from_robot, c.still_fit_m, c.still_fit_rad
+        )
+
+    def _look_again(self, scan: Scan) -> Tracked:
         """The robot still stands at the map's origin: one more look at the same, to average out the noise."""
-        self._first_scans += 1
-        if self._first_scans < self.config.first_scans:
-            self.submaps[0].insert_again(cloud)
+        looks = len(self._first_look)
+        if looks < self.config.first_scans and self._first_look.add(scan) and (looks + 1) & looks == 0:
+            self._learn_the_start()
         self.last_step = Pose2.identity()
         return Tracked(0, self._pose, self._pose, 0.0)
 
+    def _learn_the_start(self) -> None:
+        """The first submap shows the mean of all looks so far."""
+        mean = Cloud.of(
+            self._first_look.mean(), self._first_look.robot_from_lidar, self.submap_config.reach_m
+        )
+        self.submaps[0].see_better(mean, len(self._first_look))
+
     def finish(self) -> list[int]:
         """Nothing more comes for now: close the growing submaps; returns their numbers."""
+        if self.submaps and self._still is not None:
+            self._still = None
+            self._learn_the_start()
         growing = [k for k, submap in enumerate(self.submaps) if submap.cloud is None]
         for k in growing:
             self.submaps[k].finish()

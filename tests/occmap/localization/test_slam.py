@@ -51,7 +51,7 @@ def test_the_same_stream_gives_the_same_trajectory_to_the_bit(ring):
 
 
 def test_what_was_handed_over_and_inserted_since_is_the_map(ring):
-    often = SlamConfig(told=ToldMapConfig(moved_m=0.01))
+    often = SlamConfig(told=ToldMapConfig(moved_m=0.005, seam_m=1e-9))
     slam, mapper, grid, shifts = SlamLocalizer(often), Mapper(), None, []
     for seen in ring:
         estimate = slam.update(seen)

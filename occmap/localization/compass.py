@@ -1,0 +1,115 @@
+"""A compass made of walls: buildings run along two directions, a quarter turn apart."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from occmap.geometry import Pose2
+from occmap.localization.pose_graph import Loss, PoseGraph
+from occmap.localization.positive import Positive
+from occmap.localization.submap import Submap
+
+QUARTER = 0.5 * math.pi
+
+
+@dataclass(frozen=True)
+class CompassConfig(Positive):
+    """What counts as a wall, and how far its direction is believed."""
+
+    facing_rad: float = 0.26
+    """A surfel that faces up to so far off one of the four directions may be of a wall along it."""
+    least_count: float = 2.0
+    """Surfels seen less often do not count."""
+    cell_m: float = 0.02
+    """Lines are told apart by this: somewhat more than a surfel is off its wall."""
+    reach_m: float = 40.0
+    """Walls farther than this from a submap's origin do not count."""
+    least_wall: float = 30.0
+    """A line of less weight than this, in points, is no wall."""
+    least_share: float = 0.5
+    """Of all that looks like wall, that must lie in straight lines along the two directions."""
+    off_m: float = 0.07
+    """How far a point in a line is off it, as if neighbours did not err together (standard deviation)."""
+    floor_rad: float = 0.002
+    """Standard deviation of a direction, however long the walls: masons err too."""
+    dcs_chi2: float = 1.0
+    """A wall that is more askew is not believed to run along the building (dynamic covariance scaling)."""
+
+
+@dataclass(frozen=True)
+class Direction:
+    """Along which the walls of a submap run."""
+
+    yaw_rad: float
+    """In the submap's frame; a quarter turn more or less is the same."""
+    sigma_rad: float
+
+
+class Compass:
+    """Adds to a pose graph what the walls of two submaps say about their relative heading.
+
+    Headings otherwise do a random walk from submap to submap, which only loops bound. Walls that are
+    parallel to those at the start by less than the walk could have turned them are taken to be exactly
+    so (the Manhattan world of Coughlan and Yuille 1999; in SLAM, Nguyen et al. 2007, "Orthogonal SLAM");
+    others weigh nothing.
+    """
+
+    def __init__(self, config: CompassConfig, graph: PoseGraph, submaps: Sequence[Submap]) -> None:
+        self.config = config
+        self._graph, self._submaps = graph, submaps
+        self._north: tuple[int, Direction] | None = None  # a submap, and the walls in it
+        self._edges: dict[int, int] = {}  # by submap
+
+    def look(self, submap: int) -> None:
+        """At the walls of a submap, for the first time or again: now more of them are known."""
+        if self._north is None:
+            direction = self.direction(self._submaps[submap].rows, None)
+            self._north = None if direction is None else (submap, direction)
+            return
+        origin, north = self._north
+        if submap == origin:
+            return
+        turn_rad = self._graph.pose(submap).yaw_rad - self._graph.pose(origin).yaw_rad
+        expected = north.yaw_rad - turn_rad
+        direction = self.direction(self._submaps[submap].rows, expected)
+        if direction is None:
+            return
+        turn_rad += expected - direction.yaw_rad
+        if submap in self._edges:
+            self._graph.remove_edge(self._edges[submap])
+        information = np.diag([0.0, 0.0, direction.sigma_rad**-2])
+        self._edges[submap] = self._graph.add_edge(
+            origin, submap, Pose2(0.0, 0.0, turn_rad), information, Loss.DCS, self.config.dcs_chi2
+        )
+
+    def direction(self, surfels: NDArray[np.float64], expected_rad: float | None) -> Direction | None:
+        """Of the walls among surfels (n, COLUMNS), near what is expected; None if there are hardly any."""
+        from occmap.localization import compass_kernels as kernels
+
+        c, cosine = self.config, math.cos(self.config.facing_rad)
+        yaw = expected_rad
+        if yaw is None:
+            steps = math.ceil(0.5 * QUARTER / COARSE_RAD)
+            yaw = kernels.sharpest(
+                surfels, 0.0, steps, COARSE_RAD, cosine, c.least_count, 2.0 * c.cell_m, c.reach_m
+            )
+            yaw = kernels.sharpest(
+                surfels, yaw, 8, 0.2 * COARSE_RAD, cosine, c.least_count, c.cell_m, c.reach_m
+            )
+        yaw, inertia, share = kernels.straighten(
+            surfels, yaw, ITERATIONS, cosine, c.least_count, c.cell_m, c.reach_m, c.least_wall
+        )
+        if share < c.least_share:
+            return None
+        return Direction(yaw, math.hypot(c.off_m / math.sqrt(inertia), c.floor_rad))
+
+
+COARSE_RAD = 0.0044
+"""A quarter of a degree turns the end of a wall of 10 m by two cells."""
+ITERATIONS = 4
+"""Of the straightening: walls join in as it turns."""

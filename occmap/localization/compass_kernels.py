@@ -1,0 +1,140 @@
+"""Kernels of the compass: surfels of walls, seen along one direction, fall into sharp lines.
+
+Surfel rows are those of surfel_kernels. A wall's side is which of the four directions, a quarter turn
+apart, its normal is near to; the offset is how far along that direction it lies.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+FLAT = 0.5
+"""Surfels less flat than this are no walls."""
+MOST_COUNT = 20.0
+"""A surfel of more points than this weighs no more: it is as good as its voxel."""
+
+
+@njit(cache=True)
+def _side(row, c, s, cosine):
+    """0 to 3: which of four directions a surfel faces; -1 if none within the angle of this cosine."""
+    along, across = c * row[2] + s * row[3], c * row[3] - s * row[2]
+    if along > cosine:
+        return 0
+    if across > cosine:
+        return 1
+    if along < -cosine:
+        return 2
+    if across < -cosine:
+        return 3
+    return -1
+
+
+@njit(cache=True)
+def _weight(row, least_count):
+    return min(row[5], MOST_COUNT) if row[4] > FLAT and row[5] >= least_count else 0.0
+
+
+@njit(cache=True)
+def offsets(surfels, yaw, cosine, least_count, cell_m, reach_m, histogram):
+    """Fills histogram (4, bins) with the walls' weight by side and offset; returns that of all walls."""
+    histogram[:, :] = 0.0
+    c, s = np.cos(yaw), np.sin(yaw)
+    total = 0.0
+    for p in range(surfels.shape[0]):
+        row = surfels[p]
+        weight = _weight(row, least_count)
+        total += weight
+        side = _side(row, c, s, cosine) if weight > 0.0 else -1
+        if side < 0:
+            continue
+        offset = c * row[0] + s * row[1] if side % 2 == 0 else c * row[1] - s * row[0]
+        place = (offset + reach_m) / cell_m
+        k = int(np.floor(place))
+        if 0 <= k < histogram.shape[1] - 1:
+            histogram[side, k] += weight * (1.0 - (place - k))
+            histogram[side, k + 1] += weight * (place - k)
+    return total
+
+
+@njit(cache=True)
+def sharpest(surfels, yaw, steps, step_rad, cosine, least_count, cell_m, reach_m):
+    """Of the yaws at most so many steps from one, that at which the walls fall into the sharpest lines.
+
+    Sharp is a large sum of squares of the histogram of offsets. O(surfels * steps).
+    """
+    histogram = np.empty((4, int(2.0 * reach_m / cell_m) + 2))
+    best, best_sum = yaw, -1.0
+    for k in range(-steps, steps + 1):
+        offsets(surfels, yaw + k * step_rad, cosine, least_count, cell_m, reach_m, histogram)
+        total = 0.0
+        for side in range(4):
+            for b in range(histogram.shape[1]):
+                total += histogram[side, b] * histogram[side, b]
+        if total > best_sum:
+            best, best_sum = yaw + k * step_rad, total
+    return best
+
+
+@njit(cache=True)
+def straighten(surfels, yaw, iterations, cosine, least_count, cell_m, reach_m, least_wall):
+    """The yaw nearby at which the lines are straightest: least squares of all lines' common slope.
+
+    Returns (yaw, sum of weight * distance^2 along the lines, share of the walls' weight that lies in lines).
+    """
+    bins = int(2.0 * reach_m / cell_m) + 2
+    histogram = np.empty((4, bins))
+    line = np.empty((4, bins), np.int64)
+    inertia = share = 0.0
+    for _ in range(iterations):
+        total = offsets(surfels, yaw, cosine, least_count, cell_m, reach_m, histogram)
+        lines = _peaks(histogram, line, least_wall)
+        sums = np.zeros((lines, 5))
+        c, s = np.cos(yaw), np.sin(yaw)
+        for p in range(surfels.shape[0]):
+            row = surfels[p]
+            weight = _weight(row, least_count)
+            side = _side(row, c, s, cosine) if weight > 0.0 else -1
+            if side < 0:
+                continue
+            x, y = c * row[0] + s * row[1], c * row[1] - s * row[0]
+            offset, along = (x, y) if side % 2 == 0 else (y, -x)
+            k = int(np.floor((offset + reach_m) / cell_m + 0.5))
+            if 0 <= k < bins and line[side, k] >= 0:
+                at = sums[line[side, k]]
+                at[0] += weight
+                at[1] += weight * along
+                at[2] += weight * offset
+                at[3] += weight * along * along
+                at[4] += weight * along * offset
+        inertia = slope = inside = 0.0
+        for at in sums:
+            if at[0] > 0.0:
+                inside += at[0]
+                inertia += at[3] - at[1] * at[1] / at[0]
+                slope += at[4] - at[1] * at[2] / at[0]
+        if inertia <= 0.0:
+            return yaw, 0.0, 0.0
+        share = inside / total
+        yaw -= slope / inertia
+    return yaw, inertia, share
+
+
+@njit(cache=True)
+def _peaks(histogram, line, least_wall):
+    """Numbers the maxima of (4, bins) that weigh enough; their bins and both neighbours go to `line`."""
+    line[:, :] = -1
+    lines = 0
+    bins = histogram.shape[1]
+    for side in range(4):
+        h = histogram[side]
+        for b in range(2, bins - 2):
+            here = 0.5 * h[b - 1] + h[b] + 0.5 * h[b + 1]
+            before = 0.5 * h[b - 2] + h[b - 1] + 0.5 * h[b]
+            after = 0.5 * h[b] + h[b + 1] + 0.5 * h[b + 2]
+            if here > least_wall and here >= before and here > after:
+                for near in range(b - 1, b + 2):
+                    if line[side, near] < 0:
+                        line[side, near] = lines
+                lines += 1
+    return lines
