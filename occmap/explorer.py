@@ -24,8 +24,9 @@ from occmap.localization.localizer import Localizer, OdometryLocalizer
 from occmap.memory import FailedLooks
 from occmap.mobility import Mobility
 from occmap.planner import Planner, Wavefront, WideningFlood
-from occmap.pursuit import LEARNT_M2, Failure, Learning, Pursuit
+from occmap.pursuit import LEARNT_M2, Failure, Pursuit
 from occmap.scan import Observation
+from occmap.setbacks import Setbacks
 from occmap.stopwatch import Stopwatch
 
 __all__ = ["Explorer", "ExplorerConfig"]
@@ -43,7 +44,7 @@ class Explorer:
 
     It ends in every finite world that comes to rest and that its lidar sees. While it has a goal,
     within a bounded time either LEARNT_M2 more is known, which a finite world allows finitely often, or
-    the goal is given up (Learning). A place is given up after at most len(look_from_m) looks, and
+    the goal is given up (Setbacks). A place is given up after at most len(look_from_m) looks, and
     these are forgotten only where the map around it changes (FailedLooks). When no goal is left it
     stops after confirm_s. Manoeuvres to free it are counted (Mobility).
     """
@@ -64,7 +65,7 @@ class Explorer:
         self.looks = FailedLooks()
         self.search = GoalSearch(GoalChooser(config.goals), self.looks, boundary)
         self.mobility = Mobility(config.stuck, config.recovery)
-        self.learning = Learning(config.pursuit)
+        self.setbacks = Setbacks(config.pursuit, self.planner, self.looks)
         self.ending = Ending(config.ending)
         self.status = Status.EXPLORING
         self.pursuit: Pursuit | None = None
@@ -114,7 +115,7 @@ class Explorer:
         self.planner.barred.carry_over(new_map_from_old_map)
         if self.pursuit is not None:
             self.pursuit.carry_over(new_map_from_old_map)
-        self._events.append("the map was corrected")
+        self._note("the map was corrected")
 
     def _act(self, seen: Observation, here: Pose2) -> tuple[str, Twist2]:
         """The activity of the moment and its twist."""
@@ -129,7 +130,7 @@ class Explorer:
         if self.status is Status.EXPLORING:
             if self._should_think(seen.time_s):
                 self._think(seen, here)
-            elif self.ending.is_survey_due(seen.time_s):
+            if self.ending.is_survey_due(seen.time_s):
                 with self._watch.lap("planning"):
                     self.ending.survey(self._flood(here, self.config.ending.survey_m), self.grid)
         if self.status is not Status.EXPLORING:
@@ -149,13 +150,13 @@ class Explorer:
         attempts = self.mobility.attempts
         manoeuvre = self.mobility.manoeuvre(seen)
         if self.mobility.is_hopeless:
-            self._events.append(f"stuck: {attempts} manoeuvres did not free it")
+            self._note(f"stuck: {attempts} manoeuvres did not free it")
             self._end(Status.STUCK, self._flood(here))
         elif self.mobility.attempts > attempts:
-            self._events.append(f"the robot does not move: manoeuvre {attempts + 1}")
+            self._note(f"the robot does not move: manoeuvre {attempts + 1}")
             if self.pursuit is not None and attempts == 0:  # a series counts as one try
                 failure = Failure(Reason.UNSAFE, "the robot got stuck on the way")
-                self._give_up(self.pursuit.goal, failure, seen.time_s)
+                self._note(self.setbacks.give_up(self.pursuit, failure, self.grid, seen.time_s))
             self.pursuit = None
         return manoeuvre
 
@@ -168,8 +169,6 @@ class Explorer:
         if pursuit is None:
             return True
         if self.search.chooser.is_gone(pursuit.goal, self.grid, self.map.frontier_mask):
-            if not pursuit.has_shown_something(self.grid):
-                self.looks.note(pursuit.goal, Reason.GAVE_UP, "it comes and goes with the noise", self.grid)
             self.pursuit = None
             return True
         if pursuit.has_arrived or pursuit.is_void:
@@ -188,10 +187,7 @@ class Explorer:
         with self._watch.lap("planning"):
             pursued = self.pursuit.goal if self.pursuit else None
             flood = WideningFlood(self.planner, self.grid, self.map.clearance_m, here)
-            found = self.search.run(
-                frontiers, self.grid, flood, seen.scan.max_range_m, pursued,
-                widely=self.ending.is_survey_due(seen.time_s),
-            )  # fmt: skip
+            found = self.search.run(frontiers, self.grid, flood, seen.scan.max_range_m, pursued)
             self.ending.note(found.best is not None, found.wave, self.grid, seen.time_s)
             if found.best is None:
                 self.pursuit = None
@@ -199,7 +195,7 @@ class Explorer:
                     self._end_if_done(found.wave, seen.time_s)
             else:
                 pursuit = self._set_out(found.best, found.wave, seen.time_s)
-                self.learning.note(self.map.known_m2, pursuit.path.length_m, seen.time_s)
+                self.setbacks.learning.note(self.map.known_m2, pursuit.path.length_m, seen.time_s)
 
     def _set_out(self, goal: Goal, wave: Wavefront, now_s: float) -> Pursuit:
         """Pursue a goal; on the path already being driven if it still leads there."""
@@ -210,21 +206,14 @@ class Explorer:
         path = wave.path_to(self.grid.frame.cell_at(*goal.viewpoint_in_map))
         assert path is not None, "a viewpoint is a cell that the flood has reached"
         if pursuit is None or pursuit.goal.distance_m(goal) > SAME_GOAL_M:
-            self._turn_back(pursuit, now_s)
-            self._events.append(str(goal))
+            if pursuit is not None:
+                self._goal_switches += 1
+                self._note(self.setbacks.turn_back(pursuit, self.grid, now_s))
+            self._note(str(goal))
         self._replans += 1
         is_tight = path.keep_clear_m < self.body.radius_m
         self.pursuit = Pursuit(self.config.pursuit, goal, path, self.grid, now_s, is_tight)
         return self.pursuit
-
-    def _turn_back(self, pursuit: Pursuit | None, now_s: float) -> None:
-        """Leave a goal, if there was one, for another; for good if that has happened too often."""
-        if pursuit is None:
-            return
-        self._goal_switches += 1
-        failure = self.learning.turned_back(pursuit)
-        if failure is not None:
-            self._give_up(pursuit.goal, failure, now_s)
 
     def _flood(self, here: Pose2, within_m: float = math.inf) -> Wavefront:
         cell = self.grid.frame.cell_at(here.x_m, here.y_m)
@@ -243,7 +232,7 @@ class Explorer:
         self.status = status
         self.pursuit = None
         self._unknown_left = self._certified(wave)
-        self._events.append(f"{status.value}: {len(self._unknown_left)} frontiers left unseen")
+        self._note(f"{status.value}: {len(self._unknown_left)} frontiers left unseen")
 
     def certificate(self) -> tuple[UnknownLeft, ...]:
         """Each frontier that remains, and why; can be asked for at any time, also before the end."""
@@ -271,38 +260,15 @@ class Explorer:
                 self.grid, self.map.clearance_m,
             )  # fmt: skip
         twist = pursuit.advance(steering, seen.time_s)
-        self._judge(pursuit, here, seen.time_s)
+        self._note(self.setbacks.judge(pursuit, here, self.map, seen.time_s))
+        if pursuit.is_over:
+            self.pursuit = None
         return "looking" if pursuit.has_arrived else "exploring", twist
 
-    def _judge(self, pursuit: Pursuit, here: Pose2, now_s: float) -> None:
-        """Give a goal up that leads nowhere; one that was looked into, if only in part, has done its duty."""
-        fruitless = self.learning.failure(now_s)
-        failure = fruitless or pursuit.failure(here, now_s)
-        if failure is None:
-            return
-        is_done = pursuit.has_arrived and pursuit.has_shown_something(self.grid)
-        if fruitless is None and is_done:
-            self.pursuit = None
-        elif fruitless is None and self._is_gap_to_blame(pursuit):
-            pursuit.is_void = True
-        else:
-            self._give_up(pursuit.goal, failure, now_s)
-
-    def _is_gap_to_blame(self, pursuit: Pursuit) -> bool:
-        """Whether a narrow place held the robot up: there may be another way to the goal."""
-        if pursuit.has_arrived or not pursuit.is_tight or self.learning.is_barred(pursuit):
-            return False
-        gap = self.planner.gap_ahead(pursuit.path, self.grid, self.map.clearance_m, pursuit.progress_m)
-        if gap is None or not self.planner.barred.note(gap):
-            return False
-        self._events.append("the gap at ({:.1f}, {:.1f}) holds the robot up".format(*gap.in_map))
-        return True
-
-    def _give_up(self, goal: Goal, failure: Failure, now_s: float) -> None:
-        self.looks.note(goal, failure.reason, failure.why, self.grid)
-        self.learning.begin(now_s)
-        self._events.append(f"gave up {goal}: {failure.why}")
-        self.pursuit = None
+    def _note(self, event: str | None) -> None:
+        """For the decision log."""
+        if event is not None:
+            self._events.append(event)
 
     def _decision(self, here: Pose2, activity: str, twist: Twist2) -> Decision:
         pursuit = self.pursuit

@@ -35,7 +35,7 @@ TOUR_CELLS = 3_000_000
 LARGE_CELLS = 1_000_000
 """From so many cells in reach on it pays to remember where there was nothing to look at."""
 DETOURS = (1.3, 3.0)
-"""By these factors a way may be longer than it looks on a coarse map: usually, and along walls all the way."""
+"""By these factors a way may cost more than on a coarse map: usually, and along walls all the way."""
 
 
 @dataclass(frozen=True)
@@ -65,21 +65,18 @@ class GoalSearch:
         flood: Flood,
         max_range_m: float,
         pursued: Goal | None = None,
-        *,
-        widely: bool = False,
     ) -> Search:
         """The goal worth most, or the one pursued where that is not much better.
 
-        The flood covers no more than it must, or, if `widely`, at least the second of BOUNDS_M. A Search
-        without a goal is over a flood of all that can be reached.
+        The flood covers no more than it must. A Search without a goal is over a flood of all that can be
+        reached.
         """
-        bounds_m = BOUNDS_M[1:] if widely else BOUNDS_M
-        found = self._among_leftovers(frontiers, grid, flood, bounds_m, max_range_m, pursued)
+        found = self._among_leftovers(frontiers, grid, flood, max_range_m, pursued)
         if found is not None:
             return found
         tour = self._tour if grid.state.size <= TOUR_CELLS else None
         look = self._widening if tour is None else partial(self._along_tour, tour)
-        goals, wave = look(frontiers, grid, flood, bounds_m, pursued)
+        goals, wave = look(frontiers, grid, flood, pursued)
         if not goals:
             goals = self._from_afar(list(self._worth_a_look(frontiers, grid)), grid, wave, max_range_m)
         if not goals:
@@ -94,7 +91,6 @@ class GoalSearch:
         frontiers: Sequence[Frontier],
         grid: OccupancyGrid,
         flood: Flood,
-        bounds_m: Sequence[float],
         max_range_m: float,
         pursued: Goal | None,
     ) -> Search | None:
@@ -109,7 +105,7 @@ class GoalSearch:
             return None
         left.trust -= 1
         new = [frontier for frontier in frontiers if id(frontier) not in left.hopeless]
-        for bound_m in bounds_m:
+        for bound_m in BOUNDS_M:
             wave = flood(bound_m)
             near = _within(new, grid, wave, bound_m + NEAR_M)
             goals = self._from_near(self._worth_a_look(near, grid), grid, wave)
@@ -147,35 +143,33 @@ class GoalSearch:
         frontiers: Sequence[Frontier],
         grid: OccupancyGrid,
         flood: Flood,
-        bounds_m: Sequence[float],
         pursued: Goal | None,
     ) -> tuple[list[Goal], Wavefront]:
         """Goals at the first stop of a tour that has any; what no tour gets to is sought as without one."""
-        wave = flood(bounds_m[0])
+        wave = flood(BOUNDS_M[0])
         hopeless = self._hopeless.among(frontiers, grid)
         candidates = [each for each in self._worth_a_look(frontiers, grid) if id(each[0]) not in hopeless]
         heading = _nearest_to(pursued, candidates)
         for stop in tour.stops([each for each, _ in candidates], wave.terrain, wave.start_cell, heading):
             members = [candidates[k] for k in stop.members]
             for detour in DETOURS:
-                wave = flood(max(bounds_m[0], detour * stop.cost_m + NEAR_M))
+                wave = flood(max(BOUNDS_M[0], detour * stop.cost_m + NEAR_M))
                 goals = self._from_near(members, grid, wave)
                 if goals:
                     return goals, wave
             for frontier, _ in members:
                 self._hopeless.note(frontier, grid)
-        return self._widening(frontiers, grid, flood, bounds_m, pursued)
+        return self._widening(frontiers, grid, flood, pursued)
 
     def _widening(
         self,
         frontiers: Sequence[Frontier],
         grid: OccupancyGrid,
         flood: Flood,
-        bounds_m: Sequence[float],
         pursued: Goal | None,
     ) -> tuple[list[Goal], Wavefront]:
         """Goals seen from near, and the flood that reached them: as narrow a one as proves the best."""
-        for bound_m in (*bounds_m, math.inf):
+        for bound_m in (*BOUNDS_M, math.inf):
             wave = flood(bound_m)
             near = _within(frontiers, grid, wave, bound_m + NEAR_M)
             goals = self._from_near(self._worth_a_look(near, grid), grid, wave)

@@ -85,7 +85,8 @@ class Pursuit:
         self.is_tight = is_tight  # the path leads through a gap that may be too narrow
         self.progress_m = 0.0  # along the path
         self.is_void = False
-        """The robot is not where the path is: another is needed."""
+        """The robot is not where the path is, or cannot follow it: another is needed."""
+        self.is_over = False
         self._to_go_m = math.inf  # at best so far
         self._nearer_s = now_s  # when that last shrank
         self._arrived_s: float | None = None

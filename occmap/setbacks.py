@@ -1,0 +1,57 @@
+"""What becomes of a goal that leads nowhere: given up, or reached another way."""
+
+from __future__ import annotations
+
+from occmap.geometry import Pose2
+from occmap.grid import OccupancyGrid
+from occmap.living_map import LivingMap
+from occmap.memory import FailedLooks
+from occmap.planner import Planner
+from occmap.pursuit import Failure, Learning, Pursuit, PursuitConfig
+
+
+class Setbacks:
+    """Judges pursuits. Its verdicts are remembered by the looks that failed and by the planner's gaps.
+
+    Each method changes the pursuit, and returns what happened, as a sentence for the decision log, if
+    anything did.
+    """
+
+    def __init__(self, config: PursuitConfig, planner: Planner, looks: FailedLooks) -> None:
+        self.learning = Learning(config)
+        self._planner = planner
+        self._looks = looks
+
+    def judge(self, pursuit: Pursuit, here: Pose2, living: LivingMap, now_s: float) -> str | None:
+        """Give a goal up that leads nowhere; one that was looked into, if only in part, has done its duty."""
+        fruitless = self.learning.failure(now_s)
+        failure = fruitless or pursuit.failure(here, now_s)
+        if failure is None:
+            return None
+        if fruitless is None and pursuit.has_arrived and pursuit.has_shown_something(living.grid):
+            pursuit.is_over = True
+            return None
+        event = self._blame_gap(pursuit, living) if fruitless is None else None
+        return event or self.give_up(pursuit, failure, living.grid, now_s)
+
+    def turn_back(self, pursuit: Pursuit, grid: OccupancyGrid, now_s: float) -> str | None:
+        """Leave a goal for another; for good if that has happened too often."""
+        failure = self.learning.turned_back(pursuit)
+        return None if failure is None else self.give_up(pursuit, failure, grid, now_s)
+
+    def give_up(self, pursuit: Pursuit, failure: Failure, grid: OccupancyGrid, now_s: float) -> str:
+        """Remember that a goal was pursued in vain, and why."""
+        self._looks.note(pursuit.goal, failure.reason, failure.why, grid)
+        self.learning.begin(now_s)
+        pursuit.is_over = True
+        return f"gave up {pursuit.goal}: {failure.why}"
+
+    def _blame_gap(self, pursuit: Pursuit, living: LivingMap) -> str | None:
+        """Whether a narrow place held the robot up: there may be another way to the goal."""
+        if pursuit.has_arrived or not pursuit.is_tight or self.learning.is_barred(pursuit):
+            return None
+        gap = self._planner.gap_ahead(pursuit.path, living.grid, living.clearance_m, pursuit.progress_m)
+        if gap is None or not self._planner.barred.note(gap):
+            return None
+        pursuit.is_void = True
+        return "the gap at ({:.1f}, {:.1f}) holds the robot up".format(*gap.in_map)
