@@ -55,6 +55,11 @@ class CoarseMap:
         ix, iy = frontier.cells[np.argmin(np.einsum("ij,ij->i", away, away))].tolist()
         return self.block_near((ix, iy))
 
+    def places_m(self, blocks: Blocks) -> NDArray[np.float64]:
+        """(n, 2) where blocks are, counted from the corner of the map."""
+        iy, ix = np.divmod(blocks, self.terrain.shape[1])
+        return np.column_stack((ix, iy)) * self.terrain.frame.resolution_m
+
     def costs_m(self, start: int, blocks: Blocks) -> NDArray[np.float64]:
         """(n,) metres from one block to others, dearer near walls; inf if no way leads there."""
         if self._request is None or self._request[0] is not blocks:

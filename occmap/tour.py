@@ -16,9 +16,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from occmap.coarse_map import CoarseMap
+from occmap.coarse_map import Blocks, CoarseMap
 from occmap.frontiers import Frontier
 from occmap.search import SearchMemory
+from occmap.ways import Ways
 
 if TYPE_CHECKING:
     from occmap.terrain import Terrain
@@ -63,13 +64,14 @@ class Stop:
 
 
 class Tour:
-    """Orders frontiers. Remembers only its search arrays."""
+    """Orders frontiers. Remembers its search arrays, and what ways cost."""
 
     def __init__(self, config: TourConfig) -> None:
         from occmap import tour_kernels  # compiled on first use, not on import
 
         self.config = config
         self._memory = SearchMemory()
+        self._ways = Ways()
         self._kernels = tour_kernels
 
     def stops(
@@ -102,27 +104,26 @@ class Tour:
         return [Stop(tuple(indices[groups[k]].tolist()), float(from_start_m[groups[k]].max())) for k in order]
 
     def _grouped(
-        self, coarse: CoarseMap, blocks: NDArray[np.int64], from_start_m: NDArray[np.float64]
+        self, coarse: CoarseMap, blocks: Blocks, from_start_m: NDArray[np.float64]
     ) -> tuple[list[list[int]], NDArray[np.float64]]:
         """Groups of places given the nearest first, and the costs (n, n) between their first members."""
-        c = self.config
-        costs_m: dict[int, NDArray[np.float64]] = {}
-        share = c.stop_share
+        ways, share = self._ways, self.config.stop_share
+        ways.open(coarse, blocks)
+        places_m = coarse.places_m(blocks)
         while True:
-            reach_m = np.maximum(c.stop_m, share * from_start_m)
+            reach_m = np.maximum(self.config.stop_m, share * from_start_m)
             groups: list[list[int]] = []
             left = np.ones(len(blocks), bool)
             while left.any() and len(groups) <= MOST_STOPS:
                 leader = int(np.argmax(left))
-                if leader not in costs_m:
-                    costs_m[leader] = coarse.costs_m(int(blocks[leader]), blocks)
-                members = left & (costs_m[leader] <= reach_m[leader])
-                members[leader] = True
-                groups.append(np.flatnonzero(members).tolist())
-                left &= ~members
+                away_m = np.hypot(*(places_m - places_m[leader]).T)
+                near = np.flatnonzero(left & (away_m <= reach_m[leader]))  # no way is shorter than the crow's
+                members = near[ways.from_one_m(leader, near.tolist()) <= reach_m[leader]]
+                group = np.union1d(leader, members)
+                groups.append(group.tolist())
+                left[group] = False
             if len(groups) <= MOST_STOPS:
-                leaders = [group[0] for group in groups]
-                return groups, np.array([costs_m[leader][leaders] for leader in leaders])
+                return groups, ways.between_m([group[0] for group in groups])
             share *= WIDER
 
     def _order(
