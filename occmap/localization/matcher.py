@@ -32,6 +32,9 @@ class MatcherConfig(Positive):
     """Scale of the robust loss at first."""
     narrow_m: float = 0.10
     """Scale of the robust loss in the end."""
+    sure_fit: float = 0.8
+    """If so large a share of the points lies on the map less than a standard deviation from where it was
+    expected, nothing is searched."""
     doubtful_fit: float = 0.6
     """If a smaller share of the points lies on the map, a wider window is searched."""
     doubtful_share: float = 0.8
@@ -98,12 +101,13 @@ class Matcher:
         self, cloud: Cloud, submap: Submap, guess: Pose2, prediction: Prediction, usual_fit: float = 0.0
     ) -> Match:
         """A cloud of the robot's frame against a submap, near a guess of submap_from_robot."""
+        prior = np.diag([prediction.sigma_m**-2, prediction.sigma_m**-2, prediction.sigma_rad**-2])
+        match = self.refine(cloud, submap, guess, guess, prior)
+        if match.fit >= self.config.sure_fit and prediction.surprise(guess, match.submap_from_robot) < 1.0:
+            return match  # just where it was expected: nothing to search for
         start = self._track(cloud.points, submap, guess, prediction)
-        off = guess.inverse() @ start
-        sm, sr = prediction.sigma_m, prediction.sigma_rad
-        surprise = (off.x_m**2 + off.y_m**2) / sm**2 + off.yaw_rad**2 / sr**2
         # a search that went elsewhere has caught the wheels lying: Cauchy-like, let go of them
-        prior = np.diag([sm**-2, sm**-2, sr**-2]) / (1.0 + surprise / 9.0) ** 2
+        prior = prior / (1.0 + prediction.surprise(guess, start) / 9.0) ** 2
         match = self.refine(cloud, submap, start, guess, prior)
         if match.fit < max(self.config.doubtful_fit, self.config.doubtful_share * usual_fit):
             match = self._second_look(cloud, submap, guess, prior, match)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from occmap.geometry import Pose2
+from occmap.geometry import Pose2, wrap_angle
 from occmap.localization.positive import Positive
 from occmap.scan import Observation
 
@@ -77,6 +77,11 @@ class Prediction:
     window_rad: float
     is_gap: bool = False
     """The robot may be where nothing is seen of what was seen last."""
+
+    def surprise(self, guess: Pose2, found: Pose2) -> float:
+        """How far a pose is off the one predicted, squared, in standard deviations."""
+        off_m, off_rad = found.distance_to(guess), wrap_angle(found.yaw_rad - guess.yaw_rad)
+        return (off_m / self.sigma_m) ** 2 + (off_rad / self.sigma_rad) ** 2
 
 
 @dataclass
