@@ -22,6 +22,10 @@ SOLID_HITS = 4
 graze a wall take the belief of the cells that it only enters away again, far more often than they are hit."""
 
 
+MOST_SLACK_M = 25.0
+"""Beyond what it must, a grid grows by no more than this on a side."""
+
+
 class Belief(IntEnum):
     """What a cell is taken for: the values of OccupancyGrid.state."""
 
@@ -153,7 +157,8 @@ class OccupancyGrid:
         """Make room for the box from low_m to high_m (map frame); True if the arrays moved.
 
         Each side that must move goes out by at least half of the grid's extent, so that the cost
-        of copying is amortised over the area mapped.
+        of copying is amortised over the area mapped; but by no more than it must and MOST_SLACK_M, so that
+        a large map is not mostly empty.
         """
         ny, nx = self.shape
         r = self.config.resolution_m
@@ -165,7 +170,8 @@ class OccupancyGrid:
             old_low, old_high = self.offset, (self.offset[0] + nx, self.offset[1] + ny)
             if all(low[k] >= old_low[k] and high[k] <= old_high[k] for k in (0, 1)):
                 return False
-            slack = (nx // 2, ny // 2)
+            most = round(MOST_SLACK_M / r)
+            slack = (min(nx // 2, most), min(ny // 2, most))
             new_low = [
                 old_low[k] if low[k] >= old_low[k] else min(low[k], old_low[k] - slack[k]) for k in (0, 1)
             ]

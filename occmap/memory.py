@@ -122,8 +122,12 @@ class ReachMemory:
         """
         self._align(grid)
         cost, exact_below = wave.fixed_point()
+        is_free = grid.state == Belief.FREE
+        lost = is_free & roomy & (self._reached != 0) & (cost >= exact_below)
+        if np.count_nonzero(lost) * grid.frame.resolution_m**2 <= CUT_OFF_M2:
+            return False  # whatever the pieces: labelling a large map takes long
         pieces = np.empty(grid.shape, np.int32)
-        ndimage.label(grid.state == Belief.FREE, output=pieces)
+        ndimage.label(is_free, output=pieces)
         pieces[np.isin(pieces, np.unique(pieces[cost < exact_below]))] = 0
         pieces[(self._reached == 0) | ~roomy] = 0
         largest = np.bincount(pieces.ravel())[1:].max(initial=0)
