@@ -61,9 +61,9 @@ class ExperimentConfig:
     boundary: tuple[tuple[float, float], ...] = ()
     """X Y X Y X Y ... corners of a polygon around the start, in the building's own frame: what is outside of
     it is neither explored nor driven to, and does not count."""
-    pose: PoseSource = "truth"
-    """truth: the true pose, as in a lesson on mapping. odometry: where the wheels say, drift and all.
-    slam: the wheels' word, corrected by matching scans and closing loops."""
+    pose: PoseSource = "slam"
+    """slam: the wheels' word, corrected by matching scans and closing loops. odometry: where the wheels say,
+    drift and all. truth: the true pose, as in a lesson on mapping."""
     noise_scale: float = 1.0
     """Multiplies every error of the lidar: 0 none."""
     drift_scale: float = 1.0

@@ -119,11 +119,11 @@ def test_a_run_is_known_by_all_that_decides_it(tmp_path):
 
 
 def test_a_result_tells_how_to_run_it_again(tmp_path):
-    unusual = replace(SAME, seed=3, pose="slam", lidar=replace(SAME.lidar, beams=180))
+    unusual = replace(SAME, seed=3, pose="odometry", lidar=replace(SAME.lidar, beams=180))
     said = Job(unusual, "").identity()["config"]
     assert said == {
         "seed": 3,
-        "pose": "slam",
+        "pose": "odometry",
         "lidar": {"beams": 180},
         "building": {"seed": unusual.building_seed},
     }
