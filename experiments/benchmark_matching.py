@@ -33,9 +33,11 @@ class TimedMatcher(Matcher):
         self.search_s: list[float] = []
         self.twin_s: list[float] = []
 
-    def match(self, cloud: Cloud, submap: Submap, guess: Pose2, prediction: Prediction) -> Match:
+    def match(
+        self, cloud: Cloud, submap: Submap, guess: Pose2, prediction: Prediction, usual_fit: float = 0.0
+    ) -> Match:
         twins, begun = len(self.twin_s), time.thread_time()
-        match = super().match(cloud, submap, guess, prediction)
+        match = super().match(cloud, submap, guess, prediction, usual_fit)
         spent_s = time.thread_time() - begun
         self.match_s.append(spent_s if len(self.twin_s) == twins else math.nan)  # not with the twin in it
         return match

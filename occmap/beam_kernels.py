@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
+
+from occmap.kernel import kernel, part
 
 NEIGHBOURS_RAD = 0.1
 """Beams farther apart look at different things."""
 
 
-@njit(cache=True)
+@part
 def is_lone(bearings, ranges, min_range, max_range, k, company):
     """Whether beam k met nothing with fewer than `company` neighbours like it, between beams that returned.
 
@@ -37,7 +38,7 @@ def is_lone(bearings, ranges, min_range, max_range, k, company):
     return run < company
 
 
-@njit(cache=True)
+@kernel
 def beam_ends(bearings, ranges, min_range, max_range, usable_range, company, x, y, yaw):
     """Where the beams that say something start and end, in metres in the map frame. O(n).
 
@@ -67,18 +68,7 @@ def beam_ends(bearings, ranges, min_range, max_range, usable_range, company, x, 
     return points[: n + 1], hit[:n], (low_x, low_y, high_x, high_y)
 
 
-@njit(cache=True)
-def to_window(points, origin_x, origin_y, resolution_m, border, ix0, iy0):
-    """Take points (n, 2) from metres to cells of a window that begins at cell (ix0, iy0), in place. O(n).
-
-    As GridFrame.in_cells has it, bit by bit.
-    """
-    for k in range(points.shape[0]):
-        points[k, 0] = (points[k, 0] - origin_x) / resolution_m + border - ix0
-        points[k, 1] = (points[k, 1] - origin_y) / resolution_m + border - iy0
-
-
-@njit(cache=True)
+@kernel
 def count_hits(points, hit, ix0, iy0, hits, solid):
     """Count where beams ended: points (1 + n, 2) in window cells as above, which of the n are hits. O(n).
 

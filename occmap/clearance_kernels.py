@@ -10,12 +10,13 @@ distance equals theirs to it. So the cost follows the flips, not the box that sp
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from occmap.kernel import kernel, part
 
 OCCUPIED = np.uint8(2)
 
 
-@njit(cache=True)
+@kernel
 def take_flips(flat_cells, was, state, column, distance, by_squares, disc):
     """Bring the layers in step with a state some of whose cells flipped.
 
@@ -39,7 +40,7 @@ def take_flips(flat_cells, was, state, column, distance, by_squares, disc):
             add_obstacle(ix, iy, distance, disc)
 
 
-@njit(cache=True)
+@part
 def mend_column(ix, iy, state, column, radius):
     """Distances along the column, in cells and up to radius, around a cell that flipped. O(radius)."""
     ny = state.shape[0]
@@ -56,7 +57,7 @@ def mend_column(ix, iy, state, column, radius):
             column[y, ix] = min(np.uint8(gap), column[y, ix])
 
 
-@njit(cache=True)
+@part
 def add_obstacle(ix, iy, distance, disc):
     """Lower the distances around a cell that became occupied. O(radius^2), vectorised by rows."""
     radius = disc.shape[0] // 2
@@ -69,7 +70,7 @@ def add_obstacle(ix, iy, distance, disc):
             row[i] = near[i] if near[i] < row[i] else row[i]
 
 
-@njit(cache=True)
+@part
 def forget_obstacle(ix, iy, column, distance, by_squares, disc):
     """Measure anew the cells whose nearest obstacle may have been one that vanished.
 
@@ -87,7 +88,7 @@ def forget_obstacle(ix, iy, column, distance, by_squares, disc):
                 row[i] = measure(x0 + i, y, column, by_squares, radius)
 
 
-@njit(cache=True)
+@part
 def measure(ix, iy, column, by_squares, radius):
     """The distance of one cell from the column distances along its row. O(radius)."""
     x0, x1 = max(ix - radius, 0), min(ix + radius + 1, column.shape[1])

@@ -6,9 +6,9 @@ The cost follows the number of changed cells and of frontier cells, never the si
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from occmap.grid import SOLID_HITS
+from occmap.kernel import kernel, part
 
 UNKNOWN, FREE, OCCUPIED = np.uint8(0), np.uint8(1), np.uint8(2)
 FRONTIER = np.uint8(1)
@@ -20,7 +20,7 @@ NONE, ONE, TWO = np.int64(0), np.int64(1), np.int64(2)
 FLOODED, ECHOED, ONE_HALF, OTHER_HALF, DONE = np.uint8(2), np.uint8(3), np.uint8(4), np.uint8(5), np.uint8(6)
 
 
-@njit(cache=True)
+@part
 def beside_surface(state, hits, iy, ix):
     """Whether a cell has an 8-neighbour that is occupied or solid."""
     ny, nx = state.shape
@@ -31,7 +31,7 @@ def beside_surface(state, hits, iy, ix):
     return False
 
 
-@njit(cache=True)
+@kernel
 def is_frontier(state, hits, iy, ix, ignore_rim):
     """A free cell with an unknown 4-neighbour; the outside of the array is unknown (Yamauchi 1997).
 
@@ -51,22 +51,7 @@ def is_frontier(state, hits, iy, ix, ignore_rim):
     return False
 
 
-@njit(cache=True)
-def full_mask(state, hits, mask, ignore_rim):
-    """Set the mask (ny, nx, zero so far) and return the flat indices of the frontier cells. O(cells)."""
-    ny, nx = state.shape
-    found = np.empty(state.size, np.int32)
-    n = 0
-    for iy in range(ny):
-        for ix in range(nx):
-            if is_frontier(state, hits, iy, ix, ignore_rim):
-                mask[iy, ix] = FRONTIER
-                found[n] = iy * nx + ix
-                n += 1
-    return found[:n].copy()
-
-
-@njit(cache=True)
+@kernel
 def update_mask(flat_cells, state, hits, mask, ignore_rim):
     """Mend the mask around cells (n,) that changed; returns the flat indices of cells that became frontier
     cells or ceased to be.
@@ -95,7 +80,7 @@ def update_mask(flat_cells, state, hits, mask, ignore_rim):
     return stirred[:n].copy()
 
 
-@njit(cache=True)
+@kernel
 def flood(mask, first, last, queue, old, new):
     """Breadth first from the cells queue[first:last] (already marked), through 8-neighbours marked `old`.
 
@@ -116,7 +101,7 @@ def flood(mask, first, last, queue, old, new):
     return last
 
 
-@njit(cache=True)
+@kernel
 def loosen(mask, grouped, stirred, room):
     """Undo the groups that cells (n,) touch which became frontier or ceased to be; all others still hold.
 
@@ -141,7 +126,7 @@ def loosen(mask, grouped, stirred, room):
     return last
 
 
-@njit(cache=True)
+@part
 def extent(cells, nx):
     """The longer side of the box around flat cells, in cells."""
     x0, x1, y0, y1 = nx, 0, np.int64(2**62), np.int64(0)
@@ -151,14 +136,14 @@ def extent(cells, nx):
     return max(x1 - x0, y1 - y0) + 1
 
 
-@njit(cache=True)
+@kernel
 def paint(flat, cells, mark):
     """Give all cells a mark. O(cells)."""
     for k in range(cells.shape[0]):
         flat[cells[k]] = mark
 
 
-@njit(cache=True)
+@part
 def halve(mask, cells, room):
     """Cut a connected set of FLOODED cells in two between its far ends; reorders cells, marks them DONE.
 
@@ -187,7 +172,7 @@ def halve(mask, cells, room):
     return low
 
 
-@njit(cache=True)
+@kernel
 def cluster(mask, listed, max_extent):
     """Group the frontier cells by 8-connectivity and halve groups longer than max_extent cells.
 
@@ -196,8 +181,9 @@ def cluster(mask, listed, max_extent):
     centroids (g, 2) in cells. O(n), times log(length / max_extent) for what is halved.
     """
     flat, nx = mask.reshape(-1), mask.shape[1]
-    order, room = np.empty_like(listed), np.empty_like(listed)
-    ends, cuts = np.empty(listed.shape[0], np.int64), np.empty(listed.shape[0] + 1, np.int64)
+    n = listed.shape[0]
+    order, room = np.empty(n, np.int32), np.empty(n, np.int32)
+    ends, cuts = np.empty(n, np.int64), np.empty(n + 1, np.int64)
     groups, start = NONE, NONE
     for seed in listed:
         if flat[seed] != FRONTIER:
@@ -218,13 +204,14 @@ def cluster(mask, listed, max_extent):
     return summarise(flat, order[:start], ends[:groups], nx)
 
 
-@njit(cache=True)
+@part
 def summarise(flat, order, ends, nx):
     """Cells as (ix, iy) and centroids of groups; leaves the mask with FRONTIER alone. O(cells)."""
     cells = np.empty((order.shape[0], 2), np.int64)
-    centroids = np.zeros((ends.shape[0], 2))
+    centroids = np.empty((ends.shape[0], 2))
     start = 0
     for group in range(ends.shape[0]):
+        centroids[group, 0] = centroids[group, 1] = 0.0
         for k in range(start, ends[group]):
             flat[order[k]] = FRONTIER
             cells[k, 0], cells[k, 1] = order[k] % nx, order[k] // nx

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from occmap.grid import Cells, OccupancyGrid
+from occmap.grid import Belief, Cells, OccupancyGrid
 from occmap.mapper import GridChange
 
 
@@ -68,8 +68,9 @@ class FrontierMap:
     def rebuild(self, grid: OccupancyGrid) -> None:
         """Start afresh from the grid as it is."""
         self.mask, self._grouped = np.zeros(grid.shape, np.uint8), np.zeros(grid.shape, np.uint8)
-        ignore_rim = self.config.ignore_rim
-        self._stirred = [self._kernels.full_mask(grid.state, grid.hits, self.mask, ignore_rim)]
+        edges, ignore_rim = edge_cells(grid.state), self.config.ignore_rim
+        found = self._kernels.update_mask(edges, grid.state, grid.hits, self.mask, ignore_rim)
+        self._stirred = [np.sort(found)]
         self._groups, self._firsts = [], np.empty(0, np.int64)
 
     def clusters(self, grid: OccupancyGrid, least_m: float = 0.0) -> list[Frontier]:
@@ -103,3 +104,10 @@ class FrontierMap:
             start = end
         firsts = cells[np.concatenate(((0,), ends))[:-1]]
         self._firsts = np.concatenate((self._firsts, firsts[:, 1] * self.mask.shape[1] + firsts[:, 0]))
+
+
+def edge_cells(state: NDArray[np.uint8]) -> NDArray[np.int32]:
+    """Flat indices of the free cells with an unknown 4-neighbour; outside of the array all is unknown."""
+    unknown, beside = state == Belief.UNKNOWN, np.ones(state.shape, bool)
+    beside[1:-1, 1:-1] = unknown[:-2, 1:-1] | unknown[2:, 1:-1] | unknown[1:-1, :-2] | unknown[1:-1, 2:]
+    return np.flatnonzero(beside & (state == Belief.FREE)).astype(np.int32)

@@ -5,15 +5,15 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from occmap.grid import Belief
+from occmap.kernel import kernel, part
 
 UNKNOWN = np.uint8(Belief.UNKNOWN)
 OCCUPIED = np.uint8(Belief.OCCUPIED)
 
 
-@njit(cache=True)
+@kernel
 def sees(state, x0, y0, x1, y1, most_unknown):
     """True if the line between two cells (Bresenham) meets nothing occupied and little unknown. O(distance).
 
@@ -46,7 +46,7 @@ def sees(state, x0, y0, x1, y1, most_unknown):
     return True
 
 
-@njit(cache=True)
+@kernel
 def unknown_beyond(state, cells, limit, deepest):
     """Up to `limit` cells in the unknown beyond a frontier, spread evenly along it: (k, 3), x, y and depth.
 
@@ -79,7 +79,7 @@ def unknown_beyond(state, cells, limit, deepest):
     return clear[:n_clear] if n_clear else rim[:n_rim]
 
 
-@njit(cache=True)
+@part
 def unknown_depth(state, x, y, dx, dy, deepest):
     """Unknown cells in a row from a cell on, at most `deepest`, within the array."""
     ny, nx = state.shape
@@ -92,7 +92,7 @@ def unknown_depth(state, x, y, dx, dy, deepest):
     return depth
 
 
-@njit(cache=True)
+@part
 def beside_occupied(state, x, y):
     """True if one of the eight neighbours is occupied."""
     ny, nx = state.shape
@@ -103,7 +103,7 @@ def beside_occupied(state, x, y):
     return False
 
 
-@njit(cache=True)
+@kernel
 def find_viewpoint(state, cost, exact_below, targets, needed, reach_cells, stride):
     """The cheapest reached cell from which at least `needed` of the targets are in line of sight.
 
@@ -143,7 +143,7 @@ def find_viewpoint(state, cost, exact_below, targets, needed, reach_cells, strid
     return best_x, best_y
 
 
-@njit(cache=True)
+@kernel
 def expected_gain_cells(state, x, y, range_cells, rays):
     """Unknown area, in cells, that a look around from a cell is expected to reveal.
 
@@ -171,7 +171,7 @@ def expected_gain_cells(state, x, y, range_cells, rays):
     return gain
 
 
-@njit(cache=True)
+@kernel
 def share_with_neighbour(mask, cells, radius):
     """Share of the cells with a set cell of the mask within a square of the radius around them."""
     ny, nx = mask.shape
@@ -190,7 +190,7 @@ def share_with_neighbour(mask, cells, radius):
     return found / max(1, cells.shape[0])
 
 
-@njit(cache=True)
+@kernel
 def share_beside_unknown(state, cells):
     """Share of the cells that are free with an unknown 4-neighbour: frontier, a wall's rim or not.
 
@@ -207,7 +207,7 @@ def share_beside_unknown(state, cells):
     return found / max(1, cells.shape[0])
 
 
-@njit(cache=True)
+@kernel
 def unknown_inside(state, cells, least, deepest):
     """Cells deep in the unknown behind a narrow mouth, (k, 3), x, y and depth in steps.
 

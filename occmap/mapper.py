@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from occmap.geometry import Points, Pose2
-from occmap.grid import BORDER, SOLID_HITS, OccupancyGrid
+from occmap.grid import SOLID_HITS, OccupancyGrid
 from occmap.scan import Scan
 from occmap.sensor_model import SensorModelConfig
 
@@ -68,9 +68,9 @@ class Mapper:
         (ix0, iy0), (ix1, iy1) = grid.frame.cell_at(*low_m), grid.frame.cell_at(*high_m)
         patch = self._kernels.Patch(ix0, iy0, rows=iy1 - iy0 + 1, stride=ix1 - ix0 + 1)
         self._make_room(patch.rows * patch.stride)
-        self._beam_kernels.to_window(points, *grid.frame.origin_m, grid.frame.resolution_m, BORDER, ix0, iy0)
-        now_solid = self._beam_kernels.count_hits(points, hit, ix0, iy0, grid.hits, SOLID_HITS)
-        n = self._integrate(patch, grid, points, hit)
+        in_window = grid.frame.in_cells(points) - (ix0, iy0)
+        now_solid = self._beam_kernels.count_hits(in_window, hit, ix0, iy0, grid.hits, SOLID_HITS)
+        n = self._integrate(patch, grid, in_window, hit)
         return GridChange(grew, self._flips[:n].copy(), self._was[:n].copy(), grid.state, now_solid)
 
     def _integrate(self, patch: Any, grid: OccupancyGrid, in_window: Points, hit: NDArray[np.bool_]) -> int:

@@ -10,8 +10,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from occmap.kernel import kernel, part
 from occmap.vote_kernels import cones, lines
 
 UNKNOWN, FREE, OCCUPIED = np.uint8(0), np.uint8(1), np.uint8(2)
@@ -41,7 +41,7 @@ class Patch(NamedTuple):
     stride: int  # cells a row
 
 
-@njit(cache=True)
+@kernel
 def believed(value, model):
     """The state of a cell with these log-odds."""
     if value < model.free_below:
@@ -49,7 +49,7 @@ def believed(value, model):
     return OCCUPIED if value > model.occupied_above else UNKNOWN
 
 
-@njit(cache=True)
+@part
 def spend_hits(window, patch, hits, log_odds, state, model, flips, was):
     """Hit cells: first the misses counted there, then the hits: rays grazing a wall must not erase it.
 
@@ -79,7 +79,7 @@ def spend_hits(window, patch, hits, log_odds, state, model, flips, was):
     return n
 
 
-@njit(cache=True)
+@part
 def sweep_misses(window, patch, log_odds, state, model, flips, was, n):
     """Spend and clear the window's misses; returns n, the number of cells whose state changed so far.
 
@@ -98,7 +98,7 @@ def sweep_misses(window, patch, log_odds, state, model, flips, was, n):
     return n
 
 
-@njit(cache=True)
+@kernel
 def spend_misses(votes, odds, model):
     """Lower the log-odds by the misses counted, down to the clamp, and clear the counters."""
     most = np.uint16(1) if model.one_vote else ALREADY_VOTED
@@ -109,7 +109,7 @@ def spend_misses(votes, odds, model):
         votes[i] = 0
 
 
-@njit(cache=True)
+@kernel
 def differs(odds, states, model):
     """Whether any cell's state is not what its log-odds say."""
     difference = np.uint8(0)
@@ -119,7 +119,7 @@ def differs(odds, states, model):
     return difference != 0
 
 
-@njit(cache=True)
+@part
 def record_flips(odds, states, first, model, flips, was, n):
     """Bring the states of a row in step with its log-odds; first is its first cell's flat index."""
     for i in range(odds.shape[0]):
@@ -131,7 +131,7 @@ def record_flips(odds, states, first, model, flips, was, n):
     return n
 
 
-@njit(cache=True)
+@kernel
 def integrate_lines(window, patch, log_odds, state, points, hit, model, hits, flips, was):
     """Spend one scan of thin beams; points (1 + n, 2) are the sensor and the beams' ends in window cells.
 
@@ -143,7 +143,7 @@ def integrate_lines(window, patch, log_odds, state, points, hit, model, hits, fl
     return sweep_misses(window, patch, log_odds, state, model, flips, was, n)
 
 
-@njit(cache=True)
+@kernel
 def integrate_cones(window, patch, log_odds, state, points, hit, model, hits, flips, was):
     """Spend one scan of beams that open by model.half_width to either side; the rest as integrate_lines."""
     n_hits = cones(window, patch.stride, points, hit, model.half_width, model.alpha, hits)

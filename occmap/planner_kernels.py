@@ -7,7 +7,8 @@ BINS_PER_M columns for each metre of clearance, 0 where the body does not go.
 """
 
 import numpy as np
-from numba import njit
+
+from occmap.kernel import kernel, part
 
 STRAIGHT = 1024
 DIAGONAL = 1448  # 1024 * sqrt(2), rounded down: 0.01 % short
@@ -20,14 +21,14 @@ STEP_X = (1, 0, -1, 0, 1, -1, -1, 1)  # the straight ones first: a diagonal lies
 STEP_Y = (0, 1, 0, -1, 1, 1, -1, -1)
 
 
-@njit(cache=True, inline="always")
+@part
 def price(cell, state, clearance_m, entry_cost, bins):
     """What entering a cell costs, 0 if the body does not go there. 0.02 guards against rounding down."""
     column = min(int(clearance_m[cell] * BINS_PER_M + 0.02), bins - 1)
     return entry_cost[state[cell] * bins + column]
 
 
-@njit(cache=True, inline="always")
+@part
 def octile(ix, iy, box):
     """The least cost from a cell to the box (ix0, iy0, ix1, iy1), both ends within."""
     dx = max(box[0] - ix, 0, ix - box[2])
@@ -35,7 +36,7 @@ def octile(ix, iy, box):
     return STRAIGHT * max(dx, dy) + (DIAGONAL - STRAIGHT) * min(dx, dy)
 
 
-@njit(cache=True, inline="always")
+@part
 def _push(cell, slot, heads, items):
     """Put a cell into a bucket; whether there was room.
 
@@ -54,7 +55,7 @@ def _push(cell, slot, heads, items):
     return True
 
 
-@njit(cache=True, inline="always")
+@part
 def _pop(slot, heads, items):
     """Take the cell last put into a bucket that is not empty."""
     entry = heads[slot]
@@ -64,7 +65,7 @@ def _pop(slot, heads, items):
     return items[entry, 0]
 
 
-@njit(cache=True)
+@kernel
 def search(
     state, clearance_m, nx, entry_cost, start, box, want, limit, shift, at, cost, link, touched, heads, items
 ):
@@ -94,7 +95,7 @@ def search(
         at[0], at[1], at[2], at[3] = octile(start % nx, start // nx, box) >> shift, 1, 0, 1
         _push(start, at[0] & mask, heads, items)
     bucket, waiting, settled, n_touched = at[0], at[1], at[2], at[3]
-    passable, rows_per_cell = np.zeros(8, np.bool_), 1.0 / nx
+    passable, rows_per_cell = np.empty(8, np.bool_), 1.0 / nx
     exact_below = UNREACHED
     while waiting > 0:
         if heads[bucket & mask] < 0:
@@ -142,7 +143,7 @@ def search(
     return exact_below
 
 
-@njit(cache=True)
+@kernel
 def walk_back(cell, nx, link, start):
     """The cells from `start` to `cell` along the links of a search, (n,). O(n)."""
     steps = 0
@@ -161,7 +162,7 @@ def walk_back(cell, nx, link, start):
     return cells
 
 
-@njit(cache=True)
+@part
 def line_cost(first, last, nx, state, clearance_m, entry_cost, dearest):
     """The cost of the straight line between two cells' centres; -1 if a cell costs 0 or more than `dearest`.
 
@@ -184,7 +185,7 @@ def line_cost(first, last, nx, state, clearance_m, entry_cost, dearest):
     return total / samples * np.sqrt(dx * dx + dy * dy)
 
 
-@njit(cache=True)
+@kernel
 def shortcut(cells, nx, state, clearance_m, entry_cost):
     """Which of a path's cells (n,) to keep so that straight lines between them cost no more than it did.
 
@@ -196,8 +197,8 @@ def shortcut(cells, nx, state, clearance_m, entry_cost):
     tolerance = 1.01
     patience = 6
     n = len(cells)
-    paid = np.zeros(n, np.int64)
-    so_far = np.zeros(n)
+    paid, so_far = np.empty(n, np.int64), np.empty(n)
+    paid[0], so_far[0] = 0, 0.0
     for k in range(1, n):
         paid[k] = price(cells[k], state, clearance_m, entry_cost, bins)
         is_straight = cells[k] % nx == cells[k - 1] % nx or cells[k] // nx == cells[k - 1] // nx
@@ -223,7 +224,7 @@ def shortcut(cells, nx, state, clearance_m, entry_cost):
     return kept[:n_kept]
 
 
-@njit(cache=True)
+@kernel
 def least_clearance(points, clearance_m, state, origin_x, origin_y, resolution_m, from_m, ample_m):
     """Along a polyline (n, 2) from `from_m` on: metres until clearance first reaches ample_m, then its least.
 

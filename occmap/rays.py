@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from occmap.kernel import part
 
-@njit(cache=True)
+
+@part
 def ray_cells(ix0: int, iy0: int, ix1: int, iy1: int) -> NDArray[np.int64]:
     """(n, 2) cells from (ix0, iy0) to (ix1, iy1), both included; n = 1 + the longer of |dx|, |dy|.
 

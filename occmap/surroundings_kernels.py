@@ -3,10 +3,11 @@
 import math
 
 import numpy as np
-from numba import njit
+
+from occmap.kernel import kernel, part
 
 
-@njit(cache=True)
+@kernel
 def near_hits(
     ranges_m,
     bearings_rad,
@@ -53,7 +54,7 @@ def near_hits(
     return n_hits, n_lone
 
 
-@njit(cache=True)
+@kernel
 def keep_believed(
     lone, n_lone, hits, n_hits, x, y, yaw, clearance_m, origin_x, origin_y, resolution_m, near_m
 ):
@@ -73,7 +74,7 @@ def keep_believed(
     return n_hits
 
 
-@njit(cache=True)
+@kernel
 def least_distance(x, y, hits):
     """From a point to the nearest hit, inf if there is none. O(hits)."""
     least = np.inf
@@ -83,12 +84,12 @@ def least_distance(x, y, hits):
     return math.sqrt(least)
 
 
-@njit(cache=True, inline="always")
+@part
 def _ramp(value, target, most):
     return value + min(max(target - value, -most), most)
 
 
-@njit(cache=True)
+@kernel
 def is_free(v, w, v_command, w_command, hold_s, v_ramp, w_ramp, hits, safe_m):
     """Whether a command, held for hold_s and followed by braking to a stop, hits nothing.
 
@@ -113,7 +114,7 @@ def is_free(v, w, v_command, w_command, hold_s, v_ramp, w_ramp, hits, safe_m):
     return True
 
 
-@njit(cache=True)
+@kernel
 def free_bearing(bearing, widest, reach_m, hits, safe_m):
     """The direction nearest to `bearing`, at most `widest` off, in which reach_m are free; nan if none.
 

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from occmap.goals_kernels import sees
 from occmap.grid import Belief
+from occmap.kernel import kernel
 
 FREE, OCCUPIED = np.uint8(Belief.FREE), np.uint8(Belief.OCCUPIED)
 MOST_LINES = 12
 """So many blocks are asked whether they see a frontier; the next would be far off."""
 
 
-@njit(cache=True)
+@kernel
 def coarsen(state, clearance_m, side, least_m, coarse_state, coarse_clearance_m):
     """Fill a map of blocks of side x side cells: free where the body has room in any cell of a block.
 
@@ -37,7 +37,7 @@ def coarsen(state, clearance_m, side, least_m, coarse_state, coarse_clearance_m)
             coarse_clearance_m[by, bx] = clear if has_room else np.float32(0.0)
 
 
-@njit(cache=True)
+@kernel
 def nearest_block(state, coarse_state, side, x, y, reach, most_unknown):
     """The flat index of the free block nearest to cell (x, y) and in sight of it; -1 if none is within reach.
 
@@ -66,7 +66,7 @@ def nearest_block(state, coarse_state, side, x, y, reach, most_unknown):
     return -1
 
 
-@njit(cache=True)
+@kernel
 def best_after(between, at_the_end):
     """(2**n, n): the least cost of visiting every place of a set, beginning at one of them, ending anywhere.
 
@@ -74,15 +74,14 @@ def best_after(between, at_the_end):
     A dynamic programming approach to sequencing problems, 1962, from the end. O(2**n n**2).
     """
     n = between.shape[0]
-    best = np.full((1 << n, n), np.inf)
-    for here in range(n):
-        best[1 << here, here] = at_the_end[here]
-    for places in range(1, 1 << n):
+    best = np.empty((1 << n, n))
+    for places in range(1 << n):
         for here in range(n):
             rest = places & ~(1 << here)
-            if rest == places or rest == 0:
+            best[places, here] = np.inf
+            if rest == places:
                 continue
-            least = np.inf
+            least = at_the_end[here] if rest == 0 else np.inf
             for after in range(n):
                 if rest & (1 << after):
                     least = min(least, between[here, after] + best[rest, after])

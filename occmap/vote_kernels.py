@@ -9,15 +9,15 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from occmap import sensor_model
+from occmap.kernel import kernel, part
 from occmap.rays import ray_cells
 
-vote = njit(cache=True)(sensor_model.vote)
+vote = kernel(sensor_model.vote)
 
 
-@njit(cache=True)
+@part
 def count_ray(window, stride, ix0, iy0, ix1, iy1):
     """One miss for every cell of a ray but its last.
 
@@ -41,7 +41,7 @@ def count_ray(window, stride, ix0, iy0, ix1, iy1):
         rise += slope
 
 
-@njit(cache=True)
+@part
 def lines(window, stride, points, hit, alpha, hits):
     """Votes of thin beams: misses into the window, end cells into hits. Everything in window cells.
 
@@ -53,17 +53,15 @@ def lines(window, stride, points, hit, alpha, hits):
     ix0, iy0 = math.floor(x), math.floor(y)
     for k in range(hit.shape[0]):
         end_x, end_y = points[k + 1, 0], points[k + 1, 1]
-        if not hit[k]:
-            ix1, iy1 = math.floor(end_x), math.floor(end_y)
-            count_ray(window, stride, ix0, iy0, ix1, iy1)
-            window[iy1 * stride + ix1] += np.uint16(1)
-            continue
         depth = 0.0
-        if alpha > 0.0:
+        if hit[k] and alpha > 0.0:
             depth = min(1.0, alpha / max(alpha, math.hypot(end_x - x, end_y - y)))
         deep_x, deep_y = depth * (end_x - x), depth * (end_y - y)
         ix1, iy1 = math.floor(end_x - deep_x), math.floor(end_y - deep_y)
         count_ray(window, stride, ix0, iy0, ix1, iy1)
+        if not hit[k]:
+            window[iy1 * stride + ix1] += np.uint16(1)
+            continue
         hits[n_hits, 0], hits[n_hits, 1] = ix1, iy1
         n_hits += 1
         if depth > 0.0:
@@ -74,7 +72,7 @@ def lines(window, stride, points, hit, alpha, hits):
     return n_hits
 
 
-@njit(cache=True)
+@kernel
 def cones(window, stride, points, hit, half_width, alpha, hits):
     """Votes of beams that open by half_width (rad) to either side; everything in window cells.
 

@@ -6,10 +6,11 @@ Loops instead of array expressions: each of those compiles for longer than the k
 import math
 
 import numpy as np
-from numba import njit
+
+from occmap.kernel import kernel, part
 
 
-@njit(cache=True)
+@kernel
 def place_on_path(points, stations_m, x, y, low_m, high_m):
     """Where a polyline (n, 2) passes nearest to (x, y): metres along it, in [low_m, high_m], and how far off.
 
@@ -34,7 +35,7 @@ def place_on_path(points, stations_m, x, y, low_m, high_m):
     return best_m, best
 
 
-@njit(cache=True)
+@kernel
 def sample_path(points, stations_m, from_m, spacing_m, x, y, yaw, way):
     """Fill `way` (m, 2) with the path from from_m on, in the pose's frame; how many until it ends."""
     c, s = math.cos(yaw), math.sin(yaw)
@@ -57,7 +58,7 @@ def sample_path(points, stations_m, from_m, spacing_m, x, y, yaw, way):
     return n
 
 
-@njit(cache=True)
+@part
 def _tangent(way, j):
     """Unit vector along the way at a sample."""
     a, b = max(j - 2, 0), min(j + 2, len(way) - 1)
@@ -66,7 +67,7 @@ def _tangent(way, j):
     return tx / length, ty / length
 
 
-@njit(cache=True)
+@kernel
 def rooms(way, hits, beside_m, reach_m):
     """(m, 3) from each sample to the nearest hit on its left, on its right (no more than beside_m ahead or
     behind) and anywhere; at most reach_m. O(samples * hits).
@@ -90,7 +91,7 @@ def rooms(way, hits, beside_m, reach_m):
     return room
 
 
-@njit(cache=True)
+@kernel
 def centre(way, hits, beside_m, roomy_m, most_m, reach):
     """Shift the way to the middle of what it squeezes through, as the scan sees it: cells are too coarse.
 
@@ -104,15 +105,15 @@ def centre(way, hits, beside_m, roomy_m, most_m, reach):
         widest = max(widest, abs(room[j, 0] - room[j, 1]))
     if widest < 1e-3:
         return room
-    shift = np.zeros(len(way))
+    shift = np.empty(len(way))
     for j in range(len(way)):
-        tightest = np.inf
+        shift[j], tightest = 0.0, np.inf
         for k in range(max(j - reach, 0), min(j + reach + 1, len(way))):
             if room[k, 0] + room[k, 1] < tightest:
                 tightest = room[k, 0] + room[k, 1]
                 shift[j] = 0.5 * (room[k, 0] - room[k, 1])
         shift[j] = min(max(shift[j], -most_m), most_m)
-    moved = np.empty_like(way)
+    moved = np.empty((len(way), 2))
     for j in range(len(way)):
         tx, ty = _tangent(way, j)
         first, end = max(j - reach // 2, 0), min(j + reach // 2 + 1, len(way))
@@ -127,7 +128,7 @@ def centre(way, hits, beside_m, roomy_m, most_m, reach):
     return rooms(way, hits, beside_m, roomy_m)
 
 
-@njit(cache=True)
+@kernel
 def speed_limit(way, room, spacing_m, top, slow, near_m, roomy_m, turn_radps, brake):
     """The speed from which the way can be driven: slow past obstacles and round bends, braking in good time.
 
@@ -151,7 +152,7 @@ def speed_limit(way, room, spacing_m, top, slow, near_m, roomy_m, turn_radps, br
     return limit
 
 
-@njit(cache=True)
+@kernel
 def alignment(way, room, tight_m, reach):
     """How well the robot is lined up with the first of `reach` samples that has less room than tight_m.
 
@@ -167,7 +168,7 @@ def alignment(way, room, tight_m, reach):
     return 1.0
 
 
-@njit(cache=True)
+@kernel
 def farthest_aim(way, hits, spacing_m, nearest_m, farthest_m, need_m):
     """Index of the farthest sample to which the straight line keeps need_m from all hits. O(samples * hits).
 

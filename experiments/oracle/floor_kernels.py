@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from occmap.kernel import kernel
 from sim.truth_kernels import sees
 
 STRAIGHT, DIAGONAL = 70, 99
@@ -14,7 +14,7 @@ BUCKETS = 128
 UNREACHED = np.int32(2**31 - 1)
 
 
-@njit(cache=True)
+@kernel
 def looks(free, samples, places, reach):
     """Sight of all places (p, 2) as rows of a sparse matrix: (p + 1,) starts and the samples of each row.
 
@@ -37,7 +37,7 @@ def looks(free, samples, places, reach):
     return starts, out[:n].copy()
 
 
-@njit(cache=True)
+@kernel
 def cells_seen(free, wanted, way, reach):
     """How many wanted cells see a cell of a way (k, 2), as `looks` has it.
 
@@ -68,13 +68,13 @@ def cells_seen(free, wanted, way, reach):
     return seen
 
 
-@njit(cache=True)
+@kernel
 def sees_near(free, x, y, cell, reach):
     """Whether a cell sees another one in range."""
     return (cell[0] - x) ** 2 + (cell[1] - y) ** 2 <= reach and sees(free, x, y, cell[0], cell[1])
 
 
-@njit(cache=True)
+@kernel
 def transposed(starts, columns, n_columns):
     """The rows of a sparse matrix's transpose, each sorted. O(entries)."""
     count = np.zeros(n_columns + 1, np.int64)
@@ -90,7 +90,7 @@ def transposed(starts, columns, n_columns):
     return begins, rows
 
 
-@njit(cache=True)
+@kernel
 def is_open(stands, x, y, x1, y1):
     """Whether a body may move along Bresenham's line between two cells, corners not cut."""
     dx, dy = abs(x1 - x), abs(y1 - y)
@@ -112,7 +112,7 @@ def is_open(stands, x, y, x1, y1):
     return False
 
 
-@njit(cache=True)
+@kernel
 def neighbours(stands, number, nodes, stride):
     """(n, 8) the nodes around each node of a lattice, -1 for none; straight steps come first.
 
@@ -132,7 +132,7 @@ def neighbours(stands, number, nodes, stride):
     return out
 
 
-@njit(cache=True)
+@kernel
 def flood(around, sources, cost, link):
     """Cost (n,) int32 from the nearest source and link (n,) int8, the last step. Dial's buckets, O(n)."""
     cost[:] = UNREACHED
@@ -173,7 +173,7 @@ def flood(around, sources, cost, link):
         now += 1
 
 
-@njit(cache=True)
+@kernel
 def walk(around, link, target):
     """(k,) nodes from the target back to the source of a flood, both included."""
     back = np.array([2, 3, 0, 1, 6, 7, 4, 5])
@@ -190,7 +190,7 @@ def walk(around, link, target):
     return out
 
 
-@njit(cache=True)
+@kernel
 def taut(stands, way):
     """(m, 2) the corners that are left of a way (k, 2) of cells when it is pulled tight between its ends.
 

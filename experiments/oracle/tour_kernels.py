@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from occmap.kernel import kernel
 
 
-@njit(cache=True)
+@kernel
 def count(counts, weight, starts, columns, places, sign):
     """Add a leg's places to how often each sample is seen, or take them away. O(samples seen).
 
@@ -27,7 +28,7 @@ def count(counts, weight, starts, columns, places, sign):
     return change
 
 
-@njit(cache=True)
+@kernel
 def gains(counts, weight, starts, columns, n_places):
     """(n_places,) weight of samples not seen yet that each place would see; starts, columns: their places."""
     out = np.zeros(n_places, np.int64)
@@ -38,7 +39,7 @@ def gains(counts, weight, starts, columns, n_places):
     return out
 
 
-@njit(cache=True)
+@kernel
 def update(gain, before, counts, weight, starts, columns):
     """Keep gains in step with what has come to be seen or ceased to. O(those samples * their places)."""
     for s in range(len(counts)):
@@ -50,7 +51,7 @@ def update(gain, before, counts, weight, starts, columns):
                 gain[columns[k]] += weight[s]
 
 
-@njit(cache=True)
+@kernel
 def best_insertions(away, legs_m, candidates):
     """The least detour of each candidate over all legs, and after which stop. O(stops * candidates).
 
@@ -70,7 +71,7 @@ def best_insertions(away, legs_m, candidates):
     return detour, after
 
 
-@njit(cache=True)
+@kernel
 def shortened(away, order):
     """2-opt and Or-opt (Croes 1958, Or 1976) of a tour with a fixed start, in place, until neither helps.
 
@@ -96,7 +97,7 @@ def shortened(away, order):
     return order
 
 
-@njit(cache=True)
+@kernel
 def moved(away, order, i, length):
     """Move a run of stops to where it costs least, turned round if that is better; whether it was moved."""
     m = len(order)

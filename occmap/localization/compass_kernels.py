@@ -7,7 +7,8 @@ apart, its normal is near to; the offset is how far along that direction it lies
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from occmap.kernel import kernel
 
 FLAT = 0.5
 """Surfels less flat than this are no walls."""
@@ -15,7 +16,7 @@ MOST_COUNT = 20.0
 """A surfel of more points than this weighs no more: it is as good as its voxel."""
 
 
-@njit(cache=True)
+@kernel
 def _side(row, c, s, cosine):
     """0 to 3: which of four directions a surfel faces; -1 if none within the angle of this cosine."""
     along, across = c * row[2] + s * row[3], c * row[3] - s * row[2]
@@ -30,12 +31,12 @@ def _side(row, c, s, cosine):
     return -1
 
 
-@njit(cache=True)
+@kernel
 def _weight(row, least_count):
     return min(row[5], MOST_COUNT) if row[4] > FLAT and row[5] >= least_count else 0.0
 
 
-@njit(cache=True)
+@kernel
 def offsets(surfels, yaw, cosine, least_count, cell_m, reach_m, histogram):
     """Fills histogram (4, bins) with the walls' weight by side and offset; returns that of all walls."""
     histogram[:, :] = 0.0
@@ -57,7 +58,7 @@ def offsets(surfels, yaw, cosine, least_count, cell_m, reach_m, histogram):
     return total
 
 
-@njit(cache=True)
+@kernel
 def sharpest(surfels, yaw, steps, step_rad, cosine, least_count, cell_m, reach_m):
     """Of the yaws at most so many steps from one, that at which the walls fall into the sharpest lines.
 
@@ -76,7 +77,7 @@ def sharpest(surfels, yaw, steps, step_rad, cosine, least_count, cell_m, reach_m
     return best
 
 
-@njit(cache=True)
+@kernel
 def straighten(surfels, yaw, iterations, cosine, least_count, cell_m, reach_m, least_wall):
     """The yaw nearby at which the lines are straightest: least squares of all lines' common slope.
 
@@ -120,7 +121,7 @@ def straighten(surfels, yaw, iterations, cosine, least_count, cell_m, reach_m, l
     return yaw, inertia, share
 
 
-@njit(cache=True)
+@kernel
 def _peaks(histogram, line, least_wall):
     """Numbers the maxima of (4, bins) that weigh enough; their bins and both neighbours go to `line`."""
     line[:, :] = -1

@@ -13,14 +13,15 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from occmap.kernel import kernel
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 
-@njit(cache=True)
+@kernel
 def edge_error(pose_i: Floats, pose_j: Floats, z: Floats, error: Floats) -> None:
     """Fill error (3,) of one edge from two poses and a measurement, each (x, y, yaw)."""
     ci, si = math.cos(pose_i[2]), math.sin(pose_i[2])
@@ -33,7 +34,7 @@ def edge_error(pose_i: Floats, pose_j: Floats, z: Floats, error: Floats) -> None
     error[2] = math.pi - (math.pi - (pose_j[2] - pose_i[2] - z[2])) % (2.0 * math.pi)
 
 
-@njit(cache=True)
+@kernel
 def edge_jacobians(pose_i: Floats, pose_j: Floats, z: Floats, by_i: Floats, by_j: Floats) -> None:
     """Fill d(error)/d(step of i) and d(error)/d(step of j), both (3, 3)."""
     ci, si = math.cos(pose_i[2]), math.sin(pose_i[2])
@@ -52,7 +53,7 @@ def edge_jacobians(pose_i: Floats, pose_j: Floats, z: Floats, by_i: Floats, by_j
     by_j[2, 2] = 1.0
 
 
-@njit(cache=True)
+@kernel
 def robust_cost_and_weight(chi2: float, loss: int, scale: float) -> tuple[float, float]:
     """(rho(chi2), its derivative) of a loss numbered as in pose_graph.Loss; see there for the sources."""
     if loss == 0:
@@ -70,7 +71,7 @@ def robust_cost_and_weight(chi2: float, loss: int, scale: float) -> tuple[float,
     return scale * (3.0 * chi2 - scale) / (scale + chi2), switch * switch
 
 
-@njit(cache=True)
+@kernel
 def edge_chi2(poses: Floats, ends: Ints, z: Floats, information: Floats, chi2: Floats) -> None:
     """Fill chi2 (m,) = e^T information e of every edge. O(m)."""
     e = np.empty(3)
@@ -83,7 +84,7 @@ def edge_chi2(poses: Floats, ends: Ints, z: Floats, information: Floats, chi2: F
         chi2[k] = total
 
 
-@njit(cache=True)
+@kernel
 def robust_cost(chi2: Floats, loss: Ints, scale: Floats) -> float:
     """Sum of rho(chi2) over all edges. O(m)."""
     total = 0.0
@@ -92,14 +93,14 @@ def robust_cost(chi2: Floats, loss: Ints, scale: Floats) -> float:
     return total
 
 
-@njit(cache=True)
+@kernel
 def loss_weights(chi2: Floats, loss: Ints, scale: Floats, weights: Floats) -> None:
     """Fill weights (m,) = rho'(chi2) of all edges. O(m)."""
     for k in range(len(chi2)):
         weights[k] = robust_cost_and_weight(chi2[k], loss[k], scale[k])[1]
 
 
-@njit(cache=True)
+@kernel
 def linearise(
     poses: Floats,
     ends: Ints,
@@ -146,7 +147,7 @@ def linearise(
     return cost
 
 
-@njit(cache=True)
+@kernel
 def _add_block(
     left: Floats,
     right: Floats,
@@ -172,7 +173,7 @@ def _add_block(
             hessian[start + r] += weight * total
 
 
-@njit(cache=True)
+@kernel
 def _add_gradient(
     by: Floats, information: Floats, weight: float, e: Floats, block: int, gradient: Floats
 ) -> None:
@@ -185,7 +186,7 @@ def _add_gradient(
         gradient[3 * block + r] += weight * total
 
 
-@njit(cache=True)
+@kernel
 def fill_indices(column_start: Ints, blocks_above: Ints, rows: Ints, indptr: Ints, indices: Ints) -> None:
     """Scalar CSC indices of the upper triangle; rows lists the blocks above each diagonal one, ascending."""
     next_block = 0
@@ -203,7 +204,7 @@ def fill_indices(column_start: Ints, blocks_above: Ints, rows: Ints, indptr: Int
     indptr[-1] = len(indices)
 
 
-@njit(cache=True)
+@kernel
 def retract(poses: Floats, slot: Ints, step: Floats, moved: Floats) -> None:
     """Fill moved (n, 3) with the poses after a step (3 * free nodes,), each taken in its node's own frame."""
     for node in range(len(poses)):

@@ -9,10 +9,11 @@ branch and bound needs, at a third more memory than the raster alone.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from occmap.kernel import kernel
 
 
-@njit(cache=True)
+@kernel
 def thin(points, spacing_m):
     """The points (n, 2) that lie at least spacing_m from the last one kept, in order."""
     kept = np.empty_like(points)
@@ -29,7 +30,7 @@ def thin(points, spacing_m):
     return kept[:n].copy()
 
 
-@njit(cache=True)
+@kernel
 def bridged(points, beams, spacing_m, most_m, off_m):
     """The points (n, 2) and more of them, spacing_m apart, along the walls that they were sampled from.
 
@@ -58,7 +59,7 @@ def bridged(points, beams, spacing_m, most_m, off_m):
     return out
 
 
-@njit(cache=True)
+@kernel
 def _on_one_wall(points, beams, k, most_m, off_m):
     """Whether hits k and k + 1 lie on one wall: neighbours, near, in line with the hit before or after."""
     dx, dy = points[k + 1, 0] - points[k, 0], points[k + 1, 1] - points[k, 1]
@@ -73,7 +74,7 @@ def _on_one_wall(points, beams, k, most_m, off_m):
     return False
 
 
-@njit(cache=True)
+@kernel
 def stamp(buffer, starts, shapes, points, origin_x, origin_y, cells_per_m, profile):
     """Press a peak round every point (n, 2) into all levels, keeping maxima.
 
@@ -98,7 +99,7 @@ def stamp(buffer, starts, shapes, points, origin_x, origin_y, cells_per_m, profi
             _stamp_bound(buffer, starts[k], shapes[k, 1], k, cx, cy, profile)
 
 
-@njit(cache=True)
+@kernel
 def _stamp_bound(buffer, start, width, k, cx, cy, profile):
     """One peak, at level k: the peak falls with distance, so a block's maximum is at its nearest cell."""
     radius = profile.shape[0] - 1
@@ -116,7 +117,7 @@ def _stamp_bound(buffer, start, width, k, cx, cy, profile):
                 buffer[at] = profile[dy, dx]
 
 
-@njit(cache=True)
+@kernel
 def _score(buffer, start, height, width, k, cells, shift_x, shift_y):
     """Sum over the cells (n, 2) of one angle, shifted, of a level's entries."""
     lift = 1 if k > 0 else 0
@@ -129,13 +130,13 @@ def _score(buffer, start, height, width, k, cells, shift_x, shift_y):
     return total
 
 
-@njit(cache=True)
+@kernel
 def _nearest(low, high):
     """The smallest |s| for low <= s <= high."""
     return max(low, -high, 0)
 
 
-@njit(cache=True)
+@kernel
 def search(buffer, starts, shapes, points, origin_x, origin_y, cells_per_m, guess, half_angles, angle_step,
            half_cells, shift_cost, angle_cost, cost_cap, least, shun):  # fmt: skip
     """Best pose of points (n, 2) on the raster within a window round guess (x, y, yaw).
@@ -181,7 +182,7 @@ def search(buffer, starts, shapes, points, origin_x, origin_y, cells_per_m, gues
     return best
 
 
-@njit(cache=True)
+@kernel
 def _bound(
     buffer, starts, shapes, cells, k, low_x, low_y, angle, half_cells, shift_cost, angle_cost, cost_cap
 ):
@@ -192,7 +193,7 @@ def _bound(
     return gain - min(shift_cost * (dx * dx + dy * dy) + angle_cost * angle * angle, cost_cap)
 
 
-@njit(cache=True)
+@kernel
 def _descend(buffer, starts, shapes, cells, angle, top, i, j, bound, half_cells, shift_cost, angle_cost,
              cost_cap, shun, stack, stack_bound, best):  # fmt: skip
     """Depth first below one block, the most promising child first; returns the best so far."""

@@ -10,7 +10,8 @@ vector towards the sensor. Flatness is 0 where there is no normal, -1 where ther
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from occmap.kernel import fast_kernel, kernel
 
 LEAST_SUPPORT = 4.0
 """Fewer points tell nothing."""
@@ -20,7 +21,7 @@ GRAZING = 0.25
 """Of a beam's variance, what is left across the wall that it only grazes: walls are not quite flat."""
 
 
-@njit(cache=True)
+@kernel
 def insert(index, surfels, size, points, facing, origin_x, origin_y, voxels_per_m):
     """Average points (n, 2), seen from facing (n, 2), into their voxels, and renew the normals there.
 
@@ -51,7 +52,7 @@ def insert(index, surfels, size, points, facing, origin_x, origin_y, voxels_per_
     return size
 
 
-@njit(cache=True)
+@kernel
 def renew_normals(index, surfels, size, origin_x, origin_y, voxels_per_m):
     """The normals of all surfels, from all that is known by now."""
     for row in range(size):
@@ -60,7 +61,7 @@ def renew_normals(index, surfels, size, origin_x, origin_y, voxels_per_m):
         _renew_normal(index, surfels, ix, iy)
 
 
-@njit(cache=True)
+@kernel
 def _renew_normal(index, surfels, ix, iy):
     """Principal axes of the surfels in the 5 x 5 voxels round one; flatness = 1 - thin / long variance."""
     n = 0.0
@@ -98,7 +99,7 @@ def _renew_normal(index, surfels, ix, iy):
     surfels[here, 4] = 1.0 - thin / long
 
 
-@njit(cache=True, fastmath=True, error_model="numpy")
+@fast_kernel
 def linearise(index, surfels, origin_x, origin_y, voxels_per_m, points, facing, pose, scale, hessian,
               gradient):  # fmt: skip
     """Adds the points' normal equations about pose (x, y, yaw); returns the sum of weights.
@@ -166,7 +167,7 @@ def linearise(index, surfels, origin_x, origin_y, voxels_per_m, points, facing, 
     return weight_sum
 
 
-@njit(cache=True, fastmath=True, error_model="numpy")
+@fast_kernel
 def refine(index, surfels, origin_x, origin_y, voxels_per_m, points, facing, start, prior, prior_information,
            sigma_m, scales, iterations):  # fmt: skip
     """Gauss-Newton from start (x, y, yaw), pulled to prior by its 3 x 3 information.
@@ -206,7 +207,7 @@ def refine(index, surfels, origin_x, origin_y, voxels_per_m, points, facing, sta
     return pose, hessian, weight
 
 
-@njit(cache=True, fastmath=True, error_model="numpy")
+@fast_kernel
 def _solve3(a, b):
     """x of a x = b for a symmetric positive definite 3 x 3, by Cramer's rule; zero if it is singular."""
     c00 = a[1, 1] * a[2, 2] - a[1, 2] * a[2, 1]
@@ -225,7 +226,7 @@ def _solve3(a, b):
     return x
 
 
-@njit(cache=True)
+@kernel
 def reindex(index, surfels, origin_x, origin_y, voxels_per_m):
     """Enter all surfels into an empty index."""
     for row in range(surfels.shape[0]):

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from occmap.kernel import kernel
 
 MET_M = 0.2
 """A beam that ends this near to a point has met it."""
@@ -11,7 +12,7 @@ PASSED_M = 0.4
 """Beams on both sides of a point that end this far behind it have passed it."""
 
 
-@njit(cache=True)
+@kernel
 def look(points, lidar_x, lidar_y, lidar_yaw, bearings, ranges, met, passed):
     """Mark the points (n, 2) that a scan met or passed, in met (n,) and passed (n,).
 

@@ -7,12 +7,12 @@ for may be anywhere in the window.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from occmap.kernel import kernel
 from occmap.localization.search_kernels import _score
 
 
-@njit(cache=True)
+@kernel
 def bounds(buffer, starts, shapes, points, origin_x, origin_y, cells_per_m, guess, half_angles, angle_step,
            half_cells, top, first, last, out):  # fmt: skip
     """Fill out[first:last] (angles, blocks, blocks) with what no pose of a block can exceed.
@@ -28,7 +28,7 @@ def bounds(buffer, starts, shapes, points, origin_x, origin_y, cells_per_m, gues
                                       (i << top) - half_cells, (j << top) - half_cells)  # fmt: skip
 
 
-@njit(cache=True)
+@kernel
 def descend(buffer, starts, shapes, points, origin_x, origin_y, cells_per_m, guess, half_angles, angle_step,
             half_cells, top, out, order, begin, best, shun, work, any_will_do):  # fmt: skip
     """Search the blocks of `order` from `begin` on, below bounds `out`, until so many points were scored.
@@ -82,7 +82,7 @@ def descend(buffer, starts, shapes, points, origin_x, origin_y, cells_per_m, gue
     return order.shape[0], work
 
 
-@njit(cache=True)
+@kernel
 def cells_of(points, origin_x, origin_y, cells_per_m, guess, turn):
     """(n, 2) the raster's cells of points (n, 2), moved by guess (x, y, yaw) and turned on."""
     c, s = np.cos(guess[2] + turn), np.sin(guess[2] + turn)
