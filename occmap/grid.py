@@ -197,7 +197,8 @@ def moved(
     fill: np.generic,
 ) -> NDArray:
     """A copy of a layer in a larger array whose first cell is new_offset; new cells hold fill."""
-    out = np.full(shape, fill, dtype=array.dtype)
+    # zeros cost nothing until they are written to
+    out = np.zeros(shape, array.dtype) if fill == 0 else np.full(shape, fill, dtype=array.dtype)
     ny, nx = array.shape
     if array.size:
         dx, dy = old_offset[0] - new_offset[0], old_offset[1] - new_offset[1]

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import copy
 import math
 from dataclasses import dataclass
+
+import numpy as np
 
 from occmap.geometry import Pose2, wrap_angle
 from occmap.grid import Belief, GridConfig, OccupancyGrid
@@ -22,6 +23,25 @@ class MappedScan:
     tracked: Tracked
     reach_m: float
     """No vote of it lies farther from the lidar."""
+    beams_m: float
+    """The length of all its beams: what it costs to map it."""
+
+    @staticmethod
+    def of(scan: Scan, robot_from_lidar: Pose2, tracked: Tracked) -> MappedScan:
+        lengths_m = np.minimum(scan.ranges_m[~np.isnan(scan.ranges_m)], scan.max_range_m)
+        reach_m, beams_m = float(lengths_m.max(initial=0.0)), float(lengths_m.sum())
+        return MappedScan(scan, robot_from_lidar, tracked, reach_m, beams_m)
+
+    def map_from_lidar(self, map_from_submap: list[Pose2]) -> Pose2:
+        return self.tracked.in_map(map_from_submap) @ self.robot_from_lidar
+
+    def box(self, map_from_lidar: Pose2) -> Box:
+        """What it votes on: up to its hits, or all round if some of its beams met nothing."""
+        if np.isinf(self.scan.ranges_m).any():
+            return Box.around(*map_from_lidar.position, self.reach_m)
+        hits = map_from_lidar.apply(self.scan.hits_in_lidar())
+        places = np.vstack((hits, map_from_lidar.position))
+        return Box(*places.min(axis=0).tolist(), *places.max(axis=0).tolist())
 
 
 @dataclass(frozen=True)
@@ -83,6 +103,10 @@ class MapRebuild:
         self.grid = OccupancyGrid(config)
         self._mapper = mapper
         self._next = 0
+        self._surveyed = 0
+        self.is_surveyed = False
+        """Whether the room is known that the scans need, but for those added since."""
+        self._room: Box | None = None
 
     def make_room(self, live: OccupancyGrid) -> None:
         """Grow at once to what of the box lies in a grid of nearly the same scans: it costs least now."""
@@ -92,40 +116,53 @@ class MapRebuild:
         if low[0] < high[0] and low[1] < high[1]:
             self.grid.grow_to_contain(low, high)
 
-    def step(self, scans: int) -> bool:
-        """Spend so many scans more, fewer if the grid must grow for one; True once all are in."""
+    def survey(self, scans: int) -> None:
+        """Look how much room so many scans more will need; once all are known, make it."""
+        last = min(self._surveyed + scans, len(self.scans))
+        some = self.scans[self._surveyed : last]
+        boxes = [mapped.box(mapped.map_from_lidar(self.map_from_submap)) for mapped in some]
+        if self._room is not None:
+            boxes.append(self._room)
+        if boxes:
+            self._room = Box.over(boxes)
+        self._surveyed = last
+        self.is_surveyed = last == len(self.scans)
+        if self.is_surveyed and self._room is not None:
+            room = self._room
+            self.grid.grow_to_contain((room.low_x, room.low_y), (room.high_x, room.high_y))
+
+    def step(self, scans: int, beams_m: float) -> bool:
+        """Spend so many scans more, of beams so long; fewer if the grid must grow. True once all are in."""
         last = min(self._next + scans, len(self.scans))
         shape = self.grid.shape
-        while self._next < last:
+        while self._next < last and beams_m > 0.0:
             mapped = self.scans[self._next]
-            map_from_lidar = mapped.tracked.in_map(self.map_from_submap) @ mapped.robot_from_lidar
+            map_from_lidar = mapped.map_from_lidar(self.map_from_submap)
             if self.box.meets(Box.around(*map_from_lidar.position, mapped.reach_m)):
                 self._mapper.insert(mapped.scan, map_from_lidar, self.grid)
+                beams_m -= mapped.beams_m
             self._next += 1
             if self.grid.shape != shape and shape != (0, 0):
                 break  # growing copies all of it: enough for one turn
         return self._next == len(self.scans)
 
-    def pasted_on(self, live: OccupancyGrid) -> OccupancyGrid:
-        """A copy of a grid, in which the box is replaced by what was built anew."""
-        whole = copy.copy(live)
-        whole.log_odds, whole.state = live.log_odds.copy(), live.state.copy()
-        whole.hits = live.hits.copy()
-        r, (ny, nx), (ox, oy) = whole.config.resolution_m, self.grid.shape, self.grid.offset
+    def paste_on(self, live: OccupancyGrid) -> None:
+        """Replace the box in a grid by what was built anew. In place: a copy of a campus takes too long."""
+        r, (ny, nx), (ox, oy) = live.config.resolution_m, self.grid.shape, self.grid.offset
         if nx:
-            whole.grow_to_contain((ox * r, oy * r), ((ox + nx - 0.5) * r, (oy + ny - 0.5) * r))
-        rows, columns = self._cells(whole)
-        whole.log_odds[rows, columns] = whole.prior_log_odds
-        whole.state[rows, columns] = Belief.UNKNOWN
-        whole.hits[rows, columns] = 0
-        dx, dy = ox - whole.offset[0], oy - whole.offset[1]
-        rows = slice(max(rows.start, dy), max(min(rows.stop, dy + ny), dy))
-        columns = slice(max(columns.start, dx), max(min(columns.stop, dx + nx), dx))
-        source = slice(rows.start - dy, rows.stop - dy), slice(columns.start - dx, columns.stop - dx)
-        whole.log_odds[rows, columns] = self.grid.log_odds[source]
-        whole.state[rows, columns] = self.grid.state[source]
-        whole.hits[rows, columns] = self.grid.hits[source]
-        return whole
+            live.grow_to_contain((ox * r, oy * r), ((ox + nx - 0.5) * r, (oy + ny - 0.5) * r))
+        rows, columns = self._cells(live)
+        dx, dy = ox - live.offset[0], oy - live.offset[1]
+        y0, x0 = min(max(rows.start, dy), rows.stop), min(max(columns.start, dx), columns.stop)
+        y1, x1 = max(min(rows.stop, dy + ny), y0), max(min(columns.stop, dx + nx), x0)
+        for layer, built, nothing in (
+            (live.log_odds, self.grid.log_odds, live.prior_log_odds),
+            (live.state, self.grid.state, Belief.UNKNOWN),
+            (live.hits, self.grid.hits, 0),
+        ):
+            layer[rows.start : y0, columns] = layer[y1 : rows.stop, columns] = nothing
+            layer[y0:y1, columns.start : x0] = layer[y0:y1, x1 : columns.stop] = nothing
+            layer[y0:y1, x0:x1] = built[y0 - dy : y1 - dy, x0 - dx : x1 - dx]
 
     def _cells(self, grid: OccupancyGrid) -> tuple[slice, slice]:
         """The box as rows and columns of a grid's arrays."""

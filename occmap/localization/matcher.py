@@ -25,6 +25,8 @@ class MatcherConfig(Positive):
     """Score that a candidate sqrt(2) standard deviations off the prediction must make up for."""
     prior_cap: float = 0.06
     """The most score that the prediction can cost: wheels may be plain wrong."""
+    many_points: int = 60
+    """The score of fewer points than this is less sure, and the prediction costs as much more."""
     sigma_m: float = 0.03
     """Standard deviation of one point's residual. Above the sensor's, since neighbours err together, but the
     larger it is, the more a wheel that is too small pulls the poses, and with them the map, to its side."""
@@ -45,6 +47,11 @@ class MatcherConfig(Positive):
     """And how far it turns."""
     second_gain: float = 0.1
     """What must be gained there for the prediction to be given up."""
+    second_gain_sigmas: float = 3.0
+    """And so many standard deviations of the share of as many points as there are."""
+    surprise_sigmas: float = 0.5
+    """The prediction is given up for what the search found if the share of points on the map is larger there
+    by so many of its standard deviations: all poses along a corridor fit, and the wheels know better."""
     rival_m: float = 0.5
     """After a gap, no place so far from the one found may look as much like it."""
     rival_share: float = 0.85
@@ -102,13 +109,16 @@ class Matcher:
     ) -> Match:
         """A cloud of the robot's frame against a submap, near a guess of submap_from_robot."""
         prior = np.diag([prediction.sigma_m**-2, prediction.sigma_m**-2, prediction.sigma_rad**-2])
-        match = self.refine(cloud, submap, guess, guess, prior)
-        if match.fit >= self.config.sure_fit and prediction.surprise(guess, match.submap_from_robot) < 1.0:
-            return match  # just where it was expected: nothing to search for
+        expected = self.refine(cloud, submap, guess, guess, prior)
+        off = prediction.surprise(guess, expected.submap_from_robot)
+        if expected.fit >= self.config.sure_fit and off < 1.0:
+            return expected  # just where it was expected: nothing to search for
         start = self._track(cloud.points, submap, guess, prediction)
         # a search that went elsewhere has caught the wheels lying: Cauchy-like, let go of them
         prior = prior / (1.0 + prediction.surprise(guess, start) / 9.0) ** 2
         match = self.refine(cloud, submap, start, guess, prior)
+        if match.fit < expected.fit + self.config.surprise_sigmas * by_chance(cloud):
+            match = expected
         if match.fit < max(self.config.doubtful_fit, self.config.doubtful_share * usual_fit):
             match = self._second_look(cloud, submap, guess, prior, match)
         return match
@@ -124,7 +134,8 @@ class Matcher:
         turn_step = angle_step(apart, 2.0 * submap.raster.cell_m)
         found, _ = self.search(apart, submap, Search(guess, c.second_look_m, c.second_look_rad, turn_step))
         second = self.refine(cloud, submap, found, guess, 0.01 * prior)
-        return second if second.fit > first.fit + c.second_gain else first
+        gain = max(c.second_gain, c.second_gain_sigmas * by_chance(cloud))
+        return second if second.fit > first.fit + gain else first
 
     def has_rival(self, cloud: Cloud, submap: Submap, match: Match, prediction: Prediction) -> bool:
         """Whether the cloud fits nearly as well elsewhere in the window of a prediction."""
@@ -158,6 +169,7 @@ class Matcher:
         from occmap.localization import search_kernels
 
         raster, guess, whole = submap.raster, where.guess, 255.0 * len(points)
+        few = 255.0 * max(len(points), self.config.many_points)
         shun = np.array([0, 0, -1])
         if where.shun is not None:
             offset = np.array(where.shun.position) - np.array(guess.position)
@@ -173,9 +185,9 @@ class Matcher:
             math.ceil(where.window_rad / where.turn_step_rad),
             where.turn_step_rad,
             math.ceil(where.window_m / raster.cell_m),
-            whole * self.config.prior_cost * (raster.cell_m / where.sigma_m) ** 2,
-            whole * self.config.prior_cost * (where.turn_step_rad / where.sigma_rad) ** 2,
-            whole * self.config.prior_cap,
+            few * self.config.prior_cost * (raster.cell_m / where.sigma_m) ** 2,
+            few * self.config.prior_cost * (where.turn_step_rad / where.sigma_rad) ** 2,
+            few * self.config.prior_cap,
             whole * where.least_score,
             shun,
         )
@@ -206,6 +218,11 @@ class Matcher:
         return Match(
             Pose2(*pose), information, information + prior_information, weight / max(1, len(cloud.points))
         )
+
+
+def by_chance(cloud: Cloud) -> float:
+    """Standard deviation of the share of a cloud's points that lie on the map, at most."""
+    return math.sqrt(0.25 / max(len(cloud.points), 1))
 
 
 def angle_step(points: Points, cell_m: float) -> float:

@@ -24,7 +24,7 @@ class SubmapConfig(Positive):
     """Points within one voxel are averaged into one surfel; smaller than a partition is thick."""
     spread_m: float = 0.06
     """Standard deviation of the peak that a point leaves on the raster."""
-    reach_m: float = 30.0
+    reach_m: float = 60.0
     """Points farther than this from the robot are not matched."""
     margin_m: float = 5.0
     """How far beyond its reach a submap still has room, for the robot's travel within it."""

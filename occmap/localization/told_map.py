@@ -37,6 +37,10 @@ class ToldMapConfig(Positive):
     """One that moves a place by more is not put off until it is affordable."""
     scans_per_turn: int = 120
     """So many scans are spent on the new grid in one update: about 10 ms, none may hold up the robot."""
+    beams_m_per_turn: float = 80_000.0
+    """Fewer if their beams are longer than this in all: outdoors they reach far."""
+    surveyed_per_turn: int = 500
+    """Before the first new grid so many scans a turn are looked through, for the room that it needs."""
     scans_on_average: int = 12
     """And so many in an average update: a new grid is affordable once that has been saved up."""
     room_m: float = 10.0
@@ -95,16 +99,15 @@ class ToldMap:
 
     def add_scan(self, scan: Scan, robot_from_lidar: Pose2, tracked: Tracked) -> None:
         """Remember a scan that the receiver inserts."""
-        usable = scan.ranges_m[~np.isnan(scan.ranges_m)]
-        reach_m = min(float(usable.max(initial=0.0)), scan.max_range_m)
-        self.scans.append(MappedScan(scan, robot_from_lidar, tracked, reach_m))
+        mapped = MappedScan.of(scan, robot_from_lidar, tracked)
+        self.scans.append(mapped)
         for k, pose in (
             (tracked.submap, tracked.submap_from_robot),
             (tracked.submap + 1, tracked.next_from_robot),
         ):
             if k < len(self._reach_m):
                 distance = math.hypot(*(pose @ robot_from_lidar).position)
-                self._reach_m[k] = max(self._reach_m[k], distance + reach_m)
+                self._reach_m[k] = max(self._reach_m[k], distance + mapped.reach_m)
 
     def hand_over(self) -> None:
         """The receiver is a new one and has no grid: hand it over with the next estimate."""
@@ -136,20 +139,32 @@ class ToldMap:
         if self._owes_grid:
             self._owes_grid = False
             return self._live
-        if self._rebuild is None or not self._rebuild.step(self.config.scans_per_turn):
+        if self._rebuild is None or not self._is_built(self._rebuild):
             return None
         if not self._rebuild.box.holds(self._affected()):
             self._begin()  # the robot has driven out of it meanwhile
             return None
-        self._live = self._rebuild.grid if self._live is None else self._rebuild.pasted_on(self._live)
+        if self._live is None:
+            self._live = self._rebuild.grid
+        else:
+            self._rebuild.paste_on(self._live)
         self.map_from_submap, self._rebuild = self._corrected, None
         self._last = (-math.inf, Pose2.identity())
         return self._live
 
+    def _is_built(self, rebuild: MapRebuild) -> bool:
+        """Do a turn's part of a rebuilding; whether that was the last."""
+        c = self.config
+        if self._live is None and not rebuild.is_surveyed:
+            rebuild.survey(c.surveyed_per_turn)
+            return False
+        return rebuild.step(c.scans_per_turn, c.beams_m_per_turn)
+
     def fresh(self, map_from_submap: list[Pose2]) -> OccupancyGrid:
         """A grid of all scans at once, at the given poses."""
         rebuild = MapRebuild(self.scans, map_from_submap, Box.everywhere(), self.mapper, self.grid_config)
-        while not rebuild.step(len(self.scans)):
+        rebuild.survey(len(self.scans))
+        while not rebuild.step(len(self.scans), math.inf):
             pass
         return rebuild.grid
 
