@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import gc
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any
@@ -19,7 +19,11 @@ from occmap.body import Body
 from occmap.boundary import are_within, polygon
 from occmap.explorer import Explorer
 from occmap.geometry import Pose2
-from occmap.localization import Localizer, OdometryLocalizer, SlamLocalizer
+from occmap.localization import Localizer, OdometryLocalizer, SlamConfig, SlamLocalizer
+from occmap.localization.loop_candidates import CandidateConfig
+from occmap.localization.loop_closure import LoopClosureConfig
+from occmap.localization.tracker import TrackerConfig
+from occmap.scan import Observation
 from occmap.stopwatch import Stopwatch
 from sim.building import Box, Building
 from sim.generators import generate
@@ -196,8 +200,20 @@ def warm_up(config: ExperimentConfig) -> None:
     robot = make_robot(config, room, Streams(0))
     explorer = make_explorer(replace(config, boundary=()), robot)
     with few_collections():
-        for _ in episode(robot, explorer, limit_s=WARM_UP_S):
-            pass
+        seen = [step.observation for step in episode(robot, explorer, limit_s=WARM_UP_S)]
+        if config.pose == "slam":
+            close_loops(seen)
+
+
+def close_loops(seen: Sequence[Observation]) -> None:
+    """Drive there and back in tiny submaps: what else loops need is then compiled and loaded, too."""
+    tracker = TrackerConfig(insert_every_m=0.02, insert_every_rad=0.02, scans_per_half=2)
+    loops = LoopClosureConfig(candidates=CandidateConfig(gap=1))
+    slam = SlamLocalizer(SlamConfig(tracker=tracker, loops=loops))
+    for each in (*seen, *reversed(seen)):
+        slam.update(each)
+    slam.finish()
+    slam.map()
 
 
 @contextmanager
