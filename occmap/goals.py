@@ -36,6 +36,10 @@ SPECK_M = 0.35
 """What is longer is no speck, however coarse the cells; the robot is as wide."""
 
 
+COARSE_M = 0.075
+"""From here on two cells of a wall's rim in a row say nothing."""
+
+
 @dataclass(frozen=True)
 class GoalConfig:
     """How the explorer values what it could look at."""
@@ -90,7 +94,8 @@ class GoalConfig:
 
     def least_nook_m(self, resolution_m: float) -> float:
         """The same for edges along walls."""
-        return max(self.min_nook_m, min(2.0 * resolution_m, SPECK_M))
+        cells = 2.0 if resolution_m < COARSE_M else 3.0  # walls askew cut the corners of coarse cells
+        return max(self.min_nook_m, min(cells * resolution_m, SPECK_M))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
