@@ -18,12 +18,18 @@ if TYPE_CHECKING:
     from occmap.planner import Wavefront
 
 
+ROUNDING_S = 1e-6
+"""Times of scans are sums of periods."""
+
+
 @dataclass(frozen=True)
 class EndingConfig:
     """How sure the robot is before it calls itself done."""
 
     confirm_s: float = 1.0
     """No goal must turn up for this long."""
+    again_s: float = 0.5
+    """While there is none, one is sought this often: the map hardly changes, and all of it is looked at."""
     survey_s: float = 10.0
     """This often a flood goes farther than the next goal requires: what is in reach is worth remembering."""
     survey_m: float = 16.0
@@ -42,6 +48,7 @@ class Ending:
         self.config = config
         self._reach = ReachMemory()
         self._goalless_since_s: float | None = None
+        self._sought_s = -math.inf
         self._surveyed_s = -math.inf
 
     def carry_over(self, new_map_from_old_map: Pose2, grid: OccupancyGrid) -> None:
@@ -55,6 +62,10 @@ class Ending:
             self._surveyed_s = now_s
         return is_due
 
+    def is_search_due(self, now_s: float) -> bool:
+        """Whether to look for a goal, given that there is none now."""
+        return self._goalless_since_s is None or now_s - self._sought_s >= self.config.again_s - ROUNDING_S
+
     def survey(self, wave: Wavefront, grid: OccupancyGrid) -> None:
         """Remember what a flood has reached."""
         self._reach.note(wave, grid)
@@ -62,6 +73,7 @@ class Ending:
     def note(self, has_goal: bool, wave: Wavefront, grid: OccupancyGrid, now_s: float) -> None:
         """Take in what a search has found, and the flood it has made."""
         self.survey(wave, grid)
+        self._sought_s = now_s
         if has_goal:
             self._goalless_since_s = None
         elif self._goalless_since_s is None:

@@ -167,7 +167,7 @@ class Explorer:
         """
         pursuit = self.pursuit
         if pursuit is None:
-            return True
+            return self.ending.is_search_due(now_s)
         if self.search.chooser.is_gone(pursuit.goal, self.grid, self.map.frontier_mask):
             self.pursuit = None
             return True
@@ -187,7 +187,9 @@ class Explorer:
         with self._watch.lap("planning"):
             pursued = self.pursuit.goal if self.pursuit else None
             flood = WideningFlood(self.planner, self.grid, self.map.clearance_m, here)
-            found = self.search.run(frontiers, self.grid, flood, seen.scan.max_range_m, pursued)
+            found = self.search.run(
+                frontiers, self.grid, flood, seen.scan.max_range_m, pursued, self._way_left_m()
+            )
             self.ending.note(found.best is not None, found.wave, self.grid, seen.time_s)
             if found.best is None:
                 self.pursuit = None
@@ -218,6 +220,12 @@ class Explorer:
     def _flood(self, here: Pose2, within_m: float = math.inf) -> Wavefront:
         cell = self.grid.frame.cell_at(here.x_m, here.y_m)
         return self.planner.flood(self.grid, self.map.clearance_m, cell, within_m=within_m)
+
+    def _way_left_m(self) -> float:
+        """Of the path to the goal pursued; 0 if there is none that still leads there."""
+        pursuit = self.pursuit
+        holds = pursuit is not None and pursuit.leads_to(pursuit.goal) and not self._is_blocked(pursuit)
+        return pursuit.way_left_m if pursuit is not None and holds else 0.0
 
     def _is_blocked(self, pursuit: Pursuit) -> bool:
         return self.planner.is_blocked(pursuit.path, self.grid, self.map.clearance_m, pursuit.progress_m)

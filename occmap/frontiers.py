@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -111,3 +112,12 @@ def edge_cells(state: NDArray[np.uint8]) -> NDArray[np.int32]:
     unknown, beside = state == Belief.UNKNOWN, np.ones(state.shape, bool)
     beside[1:-1, 1:-1] = unknown[:-2, 1:-1] | unknown[2:, 1:-1] | unknown[1:-1, :-2] | unknown[1:-1, 2:]
     return np.flatnonzero(beside & (state == Belief.FREE)).astype(np.int32)
+
+
+def near_to(place: tuple[float, float], frontiers: Sequence[Frontier], reach_m: float) -> list[Frontier]:
+    """The frontiers within reach_m of a place as the crow flies, which no way is shorter than; the nearest
+    first.
+    """
+    away_m = [math.dist(place, frontier.centroid_in_map) for frontier in frontiers]
+    near = [k for k, distance_m in enumerate(away_m) if distance_m <= reach_m]
+    return [frontiers[k] for k in sorted(near, key=away_m.__getitem__)]

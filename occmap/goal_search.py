@@ -9,11 +9,12 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from occmap.boundary import Boundary
-from occmap.frontiers import Frontier, FrontierConfig, FrontierMap
+from occmap.frontiers import Frontier, FrontierConfig, FrontierMap, near_to
 from occmap.goals import SAME_GOAL_M, Goal, GoalChooser, best_of
 from occmap.hopeless import Hopeless
 from occmap.leftovers import Leftovers
 from occmap.memory import FailedLooks
+from occmap.strategies import is_by_cost_alone
 from occmap.tour import Tour
 
 if TYPE_CHECKING:
@@ -32,6 +33,8 @@ NEAR_M = 5.0
 """No viewpoint is farther from the middle of its frontier: half a frontier's extent and the look."""
 TOUR_CELLS = 3_000_000
 """On a larger map the nearest frontier is sought: a tour looks at all of the map, and at all that is left."""
+NEWS_M = 32.0
+"""What becomes known on the way to a goal is no farther from the robot."""
 LARGE_CELLS = 1_000_000
 """From so many cells in reach on it pays to remember where there was nothing to look at."""
 DETOURS = (1.3, 3.0)
@@ -65,18 +68,19 @@ class GoalSearch:
         flood: Flood,
         max_range_m: float,
         pursued: Goal | None = None,
+        way_left_m: float = 0.0,
     ) -> Search:
         """The goal worth most, or the one pursued where that is not much better.
 
-        The flood covers no more than it must. A Search without a goal is over a flood of all that can be
-        reached.
+        way_left_m: of the path to the goal pursued, if there is one that holds. The flood covers no more
+        than it must. A Search without a goal is over a flood of all that can be reached.
         """
-        found = self._among_leftovers(frontiers, grid, flood, max_range_m, pursued)
+        found = self._among_leftovers(frontiers, grid, flood, max_range_m, pursued, way_left_m)
         if found is not None:
             return found
         tour = self._tour if grid.state.size <= TOUR_CELLS else None
         look = self._widening if tour is None else partial(self._along_tour, tour)
-        goals, wave = look(frontiers, grid, flood, pursued)
+        goals, wave = look(frontiers, grid, flood, pursued, way_left_m)
         if not goals:
             goals = self._from_afar(list(self._worth_a_look(frontiers, grid)), grid, wave, max_range_m)
         if not goals:
@@ -93,6 +97,7 @@ class GoalSearch:
         flood: Flood,
         max_range_m: float,
         pursued: Goal | None,
+        way_left_m: float,
     ) -> Search | None:
         """A goal near the end of a large building: at frontiers new since all were hopeless, or at nooks.
 
@@ -107,11 +112,13 @@ class GoalSearch:
         new = [frontier for frontier in frontiers if id(frontier) not in left.hopeless]
         for bound_m in BOUNDS_M:
             wave = flood(bound_m)
-            near = _within(new, grid, wave, bound_m + NEAR_M)
+            near = near_to(wave.start_in_map, new, bound_m + NEAR_M)
             goals = self._from_near(self._worth_a_look(near, grid), grid, wave)
             if not goals:
-                mouths = _within(left.edges, grid, wave, bound_m + max_range_m)
+                mouths = near_to(wave.start_in_map, left.edges, bound_m + max_range_m)
                 goals = self._into_nooks(mouths, grid, wave, max_range_m)
+            if pursued is not None and self._stays_best(bound_m, goals, wave, way_left_m):
+                return Search(pursued, (pursued,), wave)
             if goals and not self._may_widening_help(bound_m, goals, pursued):
                 return Search(self._prefer(goals, pursued), tuple(goals), wave)
         return None
@@ -144,6 +151,7 @@ class GoalSearch:
         grid: OccupancyGrid,
         flood: Flood,
         pursued: Goal | None,
+        way_left_m: float,
     ) -> tuple[list[Goal], Wavefront]:
         """Goals at the first stop of a tour that has any; what no tour gets to is sought as without one."""
         wave = flood(BOUNDS_M[0])
@@ -159,7 +167,7 @@ class GoalSearch:
                     return goals, wave
             for frontier, _ in members:
                 self._hopeless.note(frontier, grid)
-        return self._widening(frontiers, grid, flood, pursued)
+        return self._widening(frontiers, grid, flood, pursued, way_left_m)
 
     def _widening(
         self,
@@ -167,15 +175,23 @@ class GoalSearch:
         grid: OccupancyGrid,
         flood: Flood,
         pursued: Goal | None,
+        way_left_m: float,
     ) -> tuple[list[Goal], Wavefront]:
         """Goals seen from near, and the flood that reached them: as narrow a one as proves the best."""
         for bound_m in (*BOUNDS_M, math.inf):
             wave = flood(bound_m)
-            near = _within(frontiers, grid, wave, bound_m + NEAR_M)
+            near = near_to(wave.start_in_map, frontiers, bound_m + NEAR_M)
             goals = self._from_near(self._worth_a_look(near, grid), grid, wave)
+            if pursued is not None and self._stays_best(bound_m, goals, wave, way_left_m):
+                return [pursued], wave
             if wave.is_exhausted or not self._may_widening_help(bound_m, goals, pursued):
                 return goals, wave
         raise AssertionError("a flood without bound is exhausted")
+
+    def _stays_best(self, bound_m: float, goals: Sequence[Goal], wave: Wavefront, way_left_m: float) -> bool:
+        """Whether a goal beyond the bound is nearest still: the robot drives to it, and news are near."""
+        is_far = NEWS_M <= bound_m < way_left_m and not wave.is_exhausted
+        return is_far and not goals and is_by_cost_alone(self.chooser.config.strategy)
 
     def _may_widening_help(self, bound_m: float, goals: Sequence[Goal], pursued: Goal | None) -> bool:
         """Whether beyond the bound may lie what is better, or the pursued goal and hardly worse."""
@@ -271,16 +287,6 @@ class GoalSearch:
             if not self.looks.at(edge, grid)
         )
         return [goal for goal in found if goal is not None]
-
-
-def _within(
-    frontiers: Sequence[Frontier], grid: OccupancyGrid, wave: Wavefront, reach_m: float
-) -> list[Frontier]:
-    """The frontiers that a wave could come near, the nearest first: no way is shorter than the crow's."""
-    start = grid.frame.centre_of(*wave.start_cell)
-    away_m = [math.dist(start, frontier.centroid_in_map) for frontier in frontiers]
-    near = [k for k, distance_m in enumerate(away_m) if distance_m <= reach_m]
-    return [frontiers[k] for k in sorted(near, key=away_m.__getitem__)]
 
 
 def _nearest_to(goal: Goal | None, candidates: Sequence[tuple[Frontier, int]]) -> int | None:

@@ -96,6 +96,10 @@ class Pursuit:
     def has_arrived(self) -> bool:
         return self._arrived_s is not None
 
+    @property
+    def way_left_m(self) -> float:
+        return self.path.length_m - self.progress_m
+
     def leads_to(self, goal: Goal) -> bool:
         """Whether the path still leads to where a goal wants to be looked at from."""
         return not self.is_void and math.dist(self.path.goal, goal.viewpoint_in_map) < SAME_VIEWPOINT_M

@@ -30,6 +30,11 @@ class Wavefront:
     search_number: int
 
     @property
+    def start_in_map(self) -> tuple[float, float]:
+        """The centre of the start cell."""
+        return self.terrain.frame.centre_of(*self.start_cell)
+
+    @property
     def is_exhausted(self) -> bool:
         """Everything in reach was flooded; False if a bound or the last of the wanted targets ended it."""
         from occmap.planner_kernels import UNREACHED

@@ -42,6 +42,16 @@ def test_it_waits_for_a_goal_to_turn_up():
     assert rooms.status_at(6.0) is Status.COMPLETE
 
 
+def test_while_there_is_no_goal_one_is_sought_now_and_then():
+    rooms = Closing()
+    assert rooms.ending.is_search_due(5.0)
+    rooms.status_at(5.0)
+    assert not rooms.ending.is_search_due(5.4)
+    assert rooms.ending.is_search_due(5.5)
+    rooms.status_at(5.5, has_goal=True)
+    assert rooms.ending.is_search_due(5.6)
+
+
 def test_a_goal_that_turns_up_starts_the_wait_afresh():
     rooms = Closing()
     rooms.status_at(5.0)

@@ -29,9 +29,9 @@ class Searching(Scene):
         self.bounds_m.append(bound_m)
         return self.flood(bound_m)
 
-    def run(self, pursued=None):
+    def run(self, pursued=None, way_left_m=0.0):
         self.bounds_m = []
-        return self.search.run(self.frontiers, self.grid, self.flood_within, MAX_RANGE_M, pursued)
+        return self.search.run(self.frontiers, self.grid, self.flood_within, MAX_RANGE_M, pursued, way_left_m)
 
     def fail(self, goal, times=1):
         for _ in range(times):
@@ -236,3 +236,23 @@ def test_what_is_remembered_of_a_large_building_changes_nothing_while_that_stays
         goals = [scene.run().best for _ in range(25)]
         found.append([None if goal is None else goal.viewpoint_in_map for goal in goals])
     assert found[0] == found[1]
+
+
+LONG = "\n".join(["#" * 250, *3 * ["?" + "." * 248 + "?"], "#" * 250])
+"""A corridor of 62 m, open at both ends."""
+
+
+def test_a_far_goal_is_kept_without_a_flood_that_reaches_it_while_nothing_turns_up_near():
+    scene = Searching(LONG, start=(40, 2), config=NEAREST)
+    near, far = sorted(scene.frontiers, key=lambda frontier: frontier.centroid_in_map)
+    scene.frontiers = [far]
+    pursued = scene.run().best
+    assert pursued.cost_m > 45.0
+    again = scene.run(pursued, way_left_m=pursued.cost_m)
+    assert again.best is pursued
+    assert not again.wave.is_exhausted
+    assert max(scene.bounds_m) < pursued.cost_m
+    scene.run(pursued)  # no path holds: it is sought as of now
+    assert max(scene.bounds_m) > pursued.cost_m
+    scene.frontiers = [near, far]
+    assert scene.run(pursued, way_left_m=pursued.cost_m).best.cost_m < 12.0
