@@ -1,0 +1,124 @@
+"""Wheels that lie, scans that are missing, and places found again after it."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from occmap.geometry import Pose2
+from occmap.localization import SlamLocalizer
+from occmap.localization.motion import MotionConfig, MotionModel
+from occmap.localization.pose_graph import Loss, PoseGraph
+from occmap.scan import Observation, Scan
+from tests.occmap.localization.drives import RING, RING_LAP, drive, errors_m, observe
+
+BLANK = Scan(np.zeros(1), np.full(1, np.nan), 10.0)
+
+
+def _seen(time_s, odom_from_robot):
+    return Observation(time_s, odom_from_robot, BLANK, Pose2.identity())
+
+
+def _slam_of(stream):
+    slam = SlamLocalizer()
+    for seen in stream:
+        slam.update(seen)
+    slam.finish()
+    return slam
+
+
+def test_wheels_that_err_are_believed_less_and_trusted_again():
+    motion, odom, honest = MotionModel(MotionConfig()), Pose2.identity(), Pose2(0.1, 0.0, 0.0)
+    motion.predict(_seen(0.0, odom))
+    sigmas = []
+    for k in range(1, 201):
+        odom = odom @ honest
+        sigmas.append(motion.predict(_seen(0.2 * k, odom)).sigma_m)
+        motion.took(Pose2(0.16, 0.0, 0.0) if k <= 60 else honest)
+    assert sigmas[59] > 2.0 * sigmas[0]
+    assert sigmas[-1] == pytest.approx(sigmas[0], rel=0.05)
+
+
+def test_what_no_scan_has_confirmed_says_nothing_about_the_wheels():
+    motion, odom = MotionModel(MotionConfig()), Pose2.identity()
+    motion.predict(_seen(0.0, odom))
+    for k in range(1, 60):
+        odom = odom @ Pose2(0.1, 0.0, 0.0)
+        sigma_m = motion.predict(_seen(0.2 * k, odom)).sigma_m
+        motion.took(Pose2(0.2, 0.0, 0.0), is_seen=False)
+    assert sigma_m == pytest.approx(MotionConfig().sigma_m + 0.1 * MotionConfig().sigma_m_per_m)
+
+
+def test_odometry_that_begins_anew_is_no_leap_of_the_robot():
+    motion, step = MotionModel(MotionConfig()), Pose2(0.1, 0.0, 0.0)
+    motion.predict(_seen(0.0, Pose2(7.0, 3.0, 1.0)))
+    motion.predict(_seen(0.2, Pose2(7.0, 3.0, 1.0) @ step))
+    motion.took(step)
+    assert motion.predict(_seen(0.4, Pose2.identity())).step == step
+
+
+def test_after_a_pause_all_of_the_way_is_uncertain():
+    motion = MotionModel(MotionConfig())
+    motion.predict(_seen(0.0, Pose2.identity()))
+    prediction = motion.predict(_seen(60.0, Pose2(0.5, 0.0, 0.0)))
+    assert prediction.is_gap
+    assert prediction.sigma_m > 1.0
+    assert not motion.predict(_seen(60.2, Pose2(0.6, 0.0, 0.0))).is_gap
+
+
+def test_a_robot_that_stood_through_a_pause_is_where_it_was():
+    motion = MotionModel(MotionConfig())
+    for k in range(3):
+        motion.predict(_seen(0.2 * k, Pose2(0.1 * k, 0.0, 0.0)))
+    assert not motion.predict(_seen(600.0, Pose2(0.2, 0.0, 0.0))).is_gap
+
+
+def test_scans_missing_on_the_way_are_bridged_by_a_loop():
+    """Of three laps a third of the second is missing, and the wheels err by a metre meanwhile."""
+    poses = drive([*RING_LAP * 3, RING_LAP[0]])
+    stream = observe(RING, poses, np.random.default_rng(0))
+    from_k, to_k = len(poses) // 3, len(poses) // 3 + len(poses) // 9
+    wrong = Pose2(0.8, -0.6, 0.15)
+    turned_at = stream[to_k].odom_from_robot
+    kept = stream[:from_k] + [
+        replace(seen, odom_from_robot=turned_at @ wrong @ turned_at.inverse() @ seen.odom_from_robot)
+        for seen in stream[to_k:]
+    ]
+    slam = _slam_of(kept)
+    assert sum(submap.is_after_gap for submap in slam.tracker.submaps) == 1
+    driven = poses[:from_k] + poses[to_k:]
+    assert errors_m(driven, [pose for _, pose in slam.trajectory()]).max() < 0.2
+
+
+def test_a_tight_loop_convinces_a_loose_chain_however_far_off_it_begins():
+    """Ten steps, one of them hardly known, and off by metres: dynamic covariance scaling alone gives up."""
+    tight, loose = np.diag([1e4, 1e4, 1e6]), np.diag([0.1, 0.1, 10.0])
+    step, wrong = Pose2(1.0, 0.0, 0.0), Pose2(3.0, 2.0, 0.3)
+    graph = PoseGraph()
+    graph.add_node(Pose2.identity())
+    for k in range(1, 11):
+        measured = wrong if k == 5 else step
+        graph.add_node(graph.pose(k - 1) @ measured)
+        graph.add_edge(k - 1, k, measured, loose if k == 5 else tight)
+    for older, younger in ((1, 8), (2, 9)):
+        apart = Pose2(7.0, 0.0, 0.0)
+        graph.add_edge(older, younger, apart, tight, Loss.DCS, 6.0, is_graduated=True)
+    graph.optimise()
+    assert math.hypot(*(graph.poses[10, :2] - (10.0, 0.0))) < 0.05
+    assert graph.weights()[-2:].min() > 0.9
+
+
+def test_a_lone_wrong_loop_does_not_convince_a_tight_chain():
+    tight = np.diag([1e4, 1e4, 1e6])
+    graph = PoseGraph()
+    graph.add_node(Pose2.identity())
+    for k in range(1, 11):
+        graph.add_node(Pose2(float(k), 0.0, 0.0))
+        graph.add_edge(k - 1, k, Pose2(1.0, 0.0, 0.0), tight)
+        if k > 3:
+            graph.add_edge(k - 3, k, Pose2(3.0, 0.0, 0.0), tight, Loss.DCS, 6.0, is_graduated=True)
+    graph.add_edge(1, 9, Pose2(2.0, -1.0, 1.0), tight, Loss.DCS, 6.0, is_graduated=True)
+    graph.optimise()
+    assert np.abs(graph.poses[:, :2] - np.column_stack((np.arange(11.0), np.zeros(11)))).max() < 0.05
+    assert graph.weights()[-1] < 0.01
