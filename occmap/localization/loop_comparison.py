@@ -145,7 +145,7 @@ def seen_nearby(submap: Submap, spacing_m: float, config: ComparisonConfig) -> C
     rows = rows[distance_m < min(max(far_m, config.query_radius_m), config.query_most_m)]
     facing = np.where(rows[:, 4:5] > 0.5, rows[:, 2:4], rows[:, 6:8])
     points = np.ascontiguousarray(rows[:, :2])
-    return Cloud(points, np.ascontiguousarray(facing), points)
+    return Cloud(points, np.ascontiguousarray(facing))
 
 
 def centre_of_sight(submap: Submap, config: ComparisonConfig) -> Points:

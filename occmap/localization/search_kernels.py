@@ -10,7 +10,26 @@ from __future__ import annotations
 
 import numpy as np
 
-from occmap.kernel import kernel
+from occmap.kernel import kernel, part
+
+
+@kernel
+def hits(bearings, ranges, least_m, most_m, x, y, yaw):
+    """What beams (n,) from a lidar at (x, y, yaw) met, from least_m up to but without most_m away.
+
+    Returns points (k, 2), unit vectors back to the lidar (k, 2) and the beams' numbers (k,).
+    """
+    points, facing = np.empty((ranges.shape[0], 2)), np.empty((ranges.shape[0], 2))
+    beams = np.empty(ranges.shape[0], np.int64)
+    k = 0
+    for beam in range(ranges.shape[0]):
+        if least_m <= ranges[beam] < most_m:
+            c, s = np.cos(bearings[beam] + yaw), np.sin(bearings[beam] + yaw)
+            points[k, 0], points[k, 1] = x + c * ranges[beam], y + s * ranges[beam]
+            facing[k, 0], facing[k, 1] = -c, -s
+            beams[k] = beam
+            k += 1
+    return points[:k], facing[:k], beams[:k]
 
 
 @kernel
@@ -24,7 +43,7 @@ def thin(points, spacing_m):
             or (points[k, 0] - points[last, 0]) ** 2 + (points[k, 1] - points[last, 1]) ** 2
             >= spacing_m * spacing_m
         ):
-            kept[n] = points[k]
+            kept[n, 0], kept[n, 1] = points[k, 0], points[k, 1]
             n += 1
             last = k
     return kept[:n].copy()
@@ -46,7 +65,8 @@ def bridged(points, beams, spacing_m, most_m, off_m):
                 np.hypot(points[k + 1, 0] - points[k, 0], points[k + 1, 1] - points[k, 1]) / spacing_m
             )
     out = np.empty((count, 2))
-    out[:n] = points
+    for k in range(n):  # to assign a slice compiles for two seconds
+        out[k, 0], out[k, 1] = points[k, 0], points[k, 1]
     at = n
     for k in range(n - 1):
         if _on_one_wall(points, beams, k, most_m, off_m):
@@ -99,7 +119,7 @@ def stamp(buffer, starts, shapes, points, origin_x, origin_y, cells_per_m, profi
             _stamp_bound(buffer, starts[k], shapes[k, 1], k, cx, cy, profile)
 
 
-@kernel
+@part
 def _stamp_bound(buffer, start, width, k, cx, cy, profile):
     """One peak, at level k: the peak falls with distance, so a block's maximum is at its nearest cell."""
     radius = profile.shape[0] - 1

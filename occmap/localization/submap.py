@@ -64,12 +64,13 @@ class Submap:
     is_after_gap: bool = False  # nothing was tracked from the previous one to this
     _surfels: SurfelMap | None = None
     _raster: LikelihoodPyramid | None = None
+    _unstamped: list[Cloud] = field(default_factory=list)  # not in the raster yet: it is seldom asked for
 
     def insert(self, cloud: Cloud, submap_from_robot: Pose2) -> None:
         """Adds one scan, a cloud in the robot's frame."""
         moved = cloud.moved(submap_from_robot)
         self.surfels.insert(moved)
-        self.raster.insert(moved.walls)
+        self._unstamped.append(moved)
         self.scans += 1
         (x, y), (new_x, new_y) = self.centre, submap_from_robot.position
         self.centre = x + (new_x - x) / self.scans, y + (new_y - y) / self.scans
@@ -79,7 +80,7 @@ class Submap:
         self.release()
         for _ in range(looks):
             self.surfels.insert(cloud)
-        self.raster.insert(cloud.walls)
+        self._unstamped.append(cloud)
 
     def finish(self) -> None:
         """Nothing is inserted from now on: keep the surfels, give up the working memory."""
@@ -89,6 +90,7 @@ class Submap:
     def release(self) -> None:
         """Give up what can be built again from the cloud."""
         self._surfels = self._raster = None
+        self._unstamped.clear()
 
     @property
     def rows(self) -> NDArray[np.float64]:
@@ -109,6 +111,9 @@ class Submap:
             self._raster = LikelihoodPyramid(self.config.cell_m, self.config.spread_m, *self._bounds())
             if self.cloud is not None:
                 self._raster.insert(self.cloud[:, :2].astype(np.float64))
+        for cloud in self._unstamped:
+            self._raster.insert(cloud.walls())
+        self._unstamped.clear()
         return self._raster
 
     def _bounds(self) -> tuple[Corner, Corner]:

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from occmap.kernel import fast_kernel, kernel
+from occmap.kernel import fast_kernel, kernel, part
 
 LEAST_SUPPORT = 4.0
 """Fewer points tell nothing."""
@@ -176,10 +176,11 @@ def refine(index, surfels, origin_x, origin_y, voxels_per_m, points, facing, sta
     sum of robust weights). About 0.05 ms for 180 points.
     """
     pose = start.copy()
-    hessian = np.zeros((3, 3))
+    hessian, pulled, offset = np.zeros((3, 3)), np.empty((3, 3)), np.empty(3)
     weight = 0.0
     per_point = 1.0 / (sigma_m * sigma_m)
-    for scale in scales:
+    for k in range(scales.shape[0]):
+        enough_m, enough_rad = (1e-4, 1e-5) if k == scales.shape[0] - 1 else (1e-3, 1e-4)
         for _ in range(iterations):
             hessian[:, :] = 0.0
             gradient = np.zeros(3)
@@ -192,22 +193,28 @@ def refine(index, surfels, origin_x, origin_y, voxels_per_m, points, facing, sta
                 points,
                 facing,
                 pose,
-                scale,
+                scales[k],
                 hessian,
                 gradient,
             )
             hessian[1, 0], hessian[2, 0], hessian[2, 1] = hessian[0, 1], hessian[0, 2], hessian[1, 2]
-            hessian *= per_point
-            offset = pose - prior
-            offset[2] = np.pi - (np.pi - offset[2]) % (2.0 * np.pi)
-            step = _solve3(hessian + prior_information, gradient * per_point + prior_information @ offset)
-            pose -= OVERSTEP * step
-            if step[0] * step[0] + step[1] * step[1] < 1e-8 and abs(step[2]) < 1e-5:
+            offset[0], offset[1] = pose[0] - prior[0], pose[1] - prior[1]
+            offset[2] = np.pi - (np.pi - (pose[2] - prior[2])) % (2.0 * np.pi)
+            for i in range(3):  # loops: array expressions compile for longer than all the rest
+                gradient[i] *= per_point
+                for j in range(3):
+                    hessian[i, j] *= per_point
+                    pulled[i, j] = hessian[i, j] + prior_information[i, j]
+                    gradient[i] += prior_information[i, j] * offset[j]
+            step = _solve3(pulled, gradient)
+            for i in range(3):
+                pose[i] -= OVERSTEP * step[i]
+            if np.hypot(step[0], step[1]) < enough_m and abs(step[2]) < enough_rad:
                 break
     return pose, hessian, weight
 
 
-@fast_kernel
+@part
 def _solve3(a, b):
     """x of a x = b for a symmetric positive definite 3 x 3, by Cramer's rule; zero if it is singular."""
     c00 = a[1, 1] * a[2, 2] - a[1, 2] * a[2, 1]

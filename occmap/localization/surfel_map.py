@@ -26,28 +26,37 @@ BRIDGE_OFF_M = 0.04
 
 @dataclass(frozen=True)
 class Cloud:
-    """Points, the side that each was seen from, and the walls that they are samples of."""
+    """Points, and the side that each was seen from."""
 
     points: Points  # (n, 2)
     facing: Points  # (n, 2) unit vectors
-    walls: Points  # (m, 2) the points, and more of them where walls are seen to run between two
+    beams: NDArray[np.int64] | None = None  # (n,) ascending; None: points that are no neighbours
 
     @staticmethod
     def of(scan: Scan, robot_from_lidar: Pose2, reach_m: float) -> Cloud:
         """The hits within reach, in the robot's frame."""
         from occmap.localization import search_kernels
 
-        hit = scan.is_hit & (scan.ranges_m < reach_m)
-        bearings, ranges = scan.bearings_rad[hit] + robot_from_lidar.yaw_rad, scan.ranges_m[hit, None]
-        away = np.column_stack((np.cos(bearings), np.sin(bearings)))
-        points = away * ranges + np.array(robot_from_lidar.position)
-        walls = search_kernels.bridged(points, np.flatnonzero(hit), BRIDGE_SPACING_M, BRIDGE_M, BRIDGE_OFF_M)
-        return Cloud(points, -away, walls)
+        x, y = robot_from_lidar.position
+        most_m = min(scan.max_range_m, reach_m)
+        return Cloud(
+            *search_kernels.hits(
+                scan.bearings_rad, scan.ranges_m, scan.min_range_m, most_m, x, y, robot_from_lidar.yaw_rad
+            )
+        )
 
     def moved(self, a_from_b: Pose2) -> Cloud:
         """The same cloud of frame b in frame a."""
         turn = Pose2(0.0, 0.0, a_from_b.yaw_rad)
-        return Cloud(a_from_b.apply(self.points), turn.apply(self.facing), a_from_b.apply(self.walls))
+        return Cloud(a_from_b.apply(self.points), turn.apply(self.facing), self.beams)
+
+    def walls(self) -> Points:
+        """(m, 2) the points, and more of them where walls are seen to run between two."""
+        from occmap.localization import search_kernels
+
+        if self.beams is None:
+            return self.points
+        return search_kernels.bridged(self.points, self.beams, BRIDGE_SPACING_M, BRIDGE_M, BRIDGE_OFF_M)
 
 
 class SurfelMap:

@@ -142,7 +142,7 @@ def test_normal_equations_are_the_gradient_of_the_cost():
     wall = np.column_stack((np.linspace(-1.0, 1.0, 200), np.full(200, 1.0)))
     submap = Submap(SubmapConfig(), Pose2.identity(), np.eye(3), 5.0)
     down = np.tile([0.0, -1.0], (200, 1))
-    submap.insert(Cloud(wall, down, wall), Pose2.identity())
+    submap.insert(Cloud(wall, down), Pose2.identity())
     points, m = wall[40:160:7] + np.array([0.0, 0.01]), submap.surfels
 
     def linearised(pose):
