@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from occmap.kernel import kernel
+from occmap.kernel import kernel, part
 
 FLAT = 0.5
 """Surfels less flat than this are no walls."""
@@ -121,7 +121,7 @@ def straighten(surfels, yaw, iterations, cosine, least_count, cell_m, reach_m, l
     return yaw, inertia, share
 
 
-@kernel
+@part
 def _peaks(histogram, line, least_wall):
     """Numbers the maxima of (4, bins) that weigh enough; their bins and both neighbours go to `line`."""
     line[:, :] = -1

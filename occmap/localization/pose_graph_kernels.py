@@ -15,10 +15,12 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from occmap.kernel import kernel
+from occmap.kernel import kernel, part
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+DIAGONAL = np.int64(-1)
+"""For a block: the diagonal one. Typed: a literal would have `_add_block` compiled once more."""
 
 
 @kernel
@@ -34,7 +36,7 @@ def edge_error(pose_i: Floats, pose_j: Floats, z: Floats, error: Floats) -> None
     error[2] = math.pi - (math.pi - (pose_j[2] - pose_i[2] - z[2])) % (2.0 * math.pi)
 
 
-@kernel
+@part
 def edge_jacobians(pose_i: Floats, pose_j: Floats, z: Floats, by_i: Floats, by_j: Floats) -> None:
     """Fill d(error)/d(step of i) and d(error)/d(step of j), both (3, 3)."""
     ci, si = math.cos(pose_i[2]), math.sin(pose_i[2])
@@ -135,10 +137,12 @@ def linearise(
         cost += rho
         row, column = int(slot[i]), int(slot[j])
         if row >= 0:
-            _add_block(by_i, by_i, information[k], weight, column_start, blocks_above, row, -1, hessian)
+            _add_block(by_i, by_i, information[k], weight, column_start, blocks_above, row, DIAGONAL, hessian)
             _add_gradient(by_i, information[k], weight, e, row, gradient)
         if column >= 0:
-            _add_block(by_j, by_j, information[k], weight, column_start, blocks_above, column, -1, hessian)
+            _add_block(
+                by_j, by_j, information[k], weight, column_start, blocks_above, column, DIAGONAL, hessian
+            )
             _add_gradient(by_j, information[k], weight, e, column, gradient)
         if row >= 0 and column >= 0:
             left, right = (by_i, by_j) if row < column else (by_j, by_i)
@@ -159,7 +163,7 @@ def _add_block(
     block: int,
     hessian: Floats,
 ) -> None:
-    """Add weight * left^T information right to one block of a block column; block -1 is the diagonal one."""
+    """Add weight * left^T information right to one block of a block column."""
     above = blocks_above[column]
     diagonal = block < 0
     first = 3 * (above if diagonal else block)
