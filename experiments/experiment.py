@@ -22,6 +22,7 @@ from occmap.geometry import Pose2
 from occmap.localization import Localizer, OdometryLocalizer, SlamConfig, SlamLocalizer
 from occmap.localization.loop_candidates import CandidateConfig
 from occmap.localization.loop_closure import LoopClosureConfig
+from occmap.localization.matcher import MatcherConfig
 from occmap.localization.tracker import TrackerConfig
 from occmap.scan import Observation
 from occmap.stopwatch import Stopwatch
@@ -206,10 +207,10 @@ def warm_up(config: ExperimentConfig) -> None:
 
 
 def close_loops(seen: Sequence[Observation]) -> None:
-    """Drive there and back in tiny submaps: what else loops need is then compiled and loaded, too."""
+    """Drive there and back in tiny submaps, sure of nothing: all that slam may ever need is then loaded."""
     tracker = TrackerConfig(insert_every_m=0.02, insert_every_rad=0.02, scans_per_half=2)
     loops = LoopClosureConfig(candidates=CandidateConfig(gap=1))
-    slam = SlamLocalizer(SlamConfig(tracker=tracker, loops=loops))
+    slam = SlamLocalizer(SlamConfig(matcher=MatcherConfig(sure_fit=2.0), tracker=tracker, loops=loops))
     for each in (*seen, *reversed(seen)):
         slam.update(each)
     slam.finish()
