@@ -49,9 +49,11 @@ class MatcherConfig(Positive):
     """What must be gained there for the prediction to be given up."""
     second_gain_sigmas: float = 3.0
     """And so many standard deviations of the share of as many points as there are."""
+    surprising: float = 2.0
+    """Chi2 against the prediction beyond which what the search found must be better than that."""
     surprise_sigmas: float = 0.5
-    """The prediction is given up for what the search found if the share of points on the map is larger there
-    by so many of its standard deviations: all poses along a corridor fit, and the wheels know better."""
+    """The share of points on the map must then be larger by so many of its standard deviations: all poses
+    along a corridor fit, and the wheels know better."""
     rival_m: float = 0.5
     """After a gap, no place so far from the one found may look as much like it."""
     rival_share: float = 0.85
@@ -117,7 +119,8 @@ class Matcher:
         # a search that went elsewhere has caught the wheels lying: Cauchy-like, let go of them
         prior = prior / (1.0 + prediction.surprise(guess, start) / 9.0) ** 2
         match = self.refine(cloud, submap, start, guess, prior)
-        if match.fit < expected.fit + self.config.surprise_sigmas * by_chance(cloud):
+        is_surprising = prediction.surprise(guess, start) > self.config.surprising
+        if is_surprising and match.fit < expected.fit + self.config.surprise_sigmas * by_chance(cloud):
             match = expected
         if match.fit < max(self.config.doubtful_fit, self.config.doubtful_share * usual_fit):
             match = self._second_look(cloud, submap, guess, prior, match)

@@ -45,8 +45,9 @@ def test_what_no_scan_has_confirmed_says_nothing_about_the_wheels():
     motion.predict(_seen(0.0, odom))
     for k in range(1, 60):
         odom = odom @ Pose2(0.1, 0.0, 0.0)
-        sigma_m = motion.predict(_seen(0.2 * k, odom)).sigma_m
+        motion.predict(_seen(0.2 * k, odom))
         motion.took(Pose2(0.2, 0.0, 0.0), is_seen=False)
+    sigma_m = motion.predict(_seen(12.0, odom @ Pose2(0.1, 0.0, 0.0))).sigma_m
     assert sigma_m == pytest.approx(MotionConfig().sigma_m + 0.1 * MotionConfig().sigma_m_per_m)
 
 
