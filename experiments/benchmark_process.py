@@ -9,6 +9,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 
 from experiments.benchmark_figure import Figure
@@ -17,7 +18,7 @@ REPEATS = 3
 HELP = "from experiments.command import parse; parse(['--help'])"
 WARM_UP = (
     "from experiments.config import ExperimentConfig; from experiments.experiment import warm_up; "
-    "warm_up(ExperimentConfig())"
+    "warm_up(ExperimentConfig(pose='{pose}'))"
 )
 
 
@@ -25,9 +26,11 @@ def start() -> Iterator[Figure]:
     """From nothing to the first scan, in new processes: medians of several, but one first compilation."""
     yield Figure("import occmap", median(lambda: seconds("import occmap")), "s", "0.5")
     yield Figure("--help", median(lambda: seconds(HELP)), "s")
-    with tempfile.TemporaryDirectory() as cache:
-        yield Figure("kernels, compiled for the first time", seconds(WARM_UP, cache), "s", "20")
-        yield Figure("kernels, from the cache", median(lambda: seconds(WARM_UP, cache)), "s")
+    for pose, more in (("truth", ""), ("slam", ", and slam's")):
+        warm_up = WARM_UP.format(pose=pose)
+        with tempfile.TemporaryDirectory() as cache:
+            yield Figure(f"kernels{more}, compiled for the first time", seconds(warm_up, cache), "s", "10")
+            yield Figure(f"kernels{more}, from the cache", median(partial(seconds, warm_up, cache)), "s", "1")
 
 
 def memory(seed: int) -> Iterator[Figure]:
