@@ -160,7 +160,7 @@ def _add_block(
     column_start: Ints,
     blocks_above: Ints,
     column: int,
-    block: int,
+    block: int | np.int64,
     hessian: Floats,
 ) -> None:
     """Add weight * left^T information right to one block of a block column."""
