@@ -6,6 +6,11 @@ import numpy as np
 
 from occmap.kernel import kernel, part
 
+TOUCHING_M = 0.01
+"""With this much less than the safe distance to something, the robot all but touches it."""
+GAIN_M = 0.01
+"""Less that a move would gain is noise."""
+
 
 @kernel
 def near_hits(
@@ -94,24 +99,29 @@ def is_free(v, w, v_command, w_command, hold_s, v_ramp, w_ramp, hits, safe_m):
     """Whether a command, held for hold_s and followed by braking to a stop, hits nothing.
 
     The twist (v, w) ramps as the base's does. The axis must stay safe_m from all hits; a robot that
-    stands nearer already may move as long as it comes no nearer to anything than it is. O(steps * hits).
+    stands nearer already may move as long as it comes no nearer to anything than it is, and, so near
+    that it all but touches, forwards only to where there is more room: else noise would let it creep
+    into a gap that it does not fit through, a scan at a time. O(steps * hits).
     """
     dt = 0.05
     x, y, yaw = 0.0, 0.0, 0.0
-    need = min(safe_m, least_distance(0.0, 0.0, hits))
+    least_m = least_distance(0.0, 0.0, hits)
+    need = min(safe_m, least_m)
+    room_m = min(safe_m - TOUCHING_M, least_m + GAIN_M) if v_command > 0.0 else 0.0
     hold = round(hold_s / dt)
     for step in range(hold + 40):
         is_braking = step >= hold
         v = _ramp(v, 0.0 if is_braking else v_command, v_ramp * dt)
         w = _ramp(w, 0.0 if is_braking else w_command, w_ramp * dt)
         if is_braking and v == 0.0:
-            return True
+            break
         x += v * dt * math.cos(yaw + 0.5 * w * dt)
         y += v * dt * math.sin(yaw + 0.5 * w * dt)
         yaw += w * dt
-        if least_distance(x, y, hits) < need:
+        least_m = least_distance(x, y, hits)
+        if least_m < need:
             return False
-    return True
+    return least_m >= room_m
 
 
 @kernel
@@ -121,16 +131,20 @@ def free_bearing(bearing, widest, reach_m, hits, safe_m):
     Free as in `is_free`. A coarse vector field histogram (Borenstein and Koren 1991). O(directions * hits).
     """
     # a little more than `is_free` asks for, so that what is chosen here passes there
-    need = min(safe_m, least_distance(0.0, 0.0, hits)) + 0.002
+    here_m = least_distance(0.0, 0.0, hits)
+    need = min(safe_m, here_m) + 0.002
+    room_m = min(safe_m - TOUCHING_M, here_m + GAIN_M)
     step = 0.1
     for i in range(2 * int(widest / step) + 1):
         direction = bearing + step * ((i + 1) // 2) * (1.0 if i % 2 else -1.0)
         is_clear = True
+        least_m = 0.0
         for k in range(1, 9):
             along = reach_m * k / 8
-            if least_distance(along * math.cos(direction), along * math.sin(direction), hits) < need:
+            least_m = least_distance(along * math.cos(direction), along * math.sin(direction), hits)
+            if least_m < need:
                 is_clear = False
                 break
-        if is_clear:
+        if is_clear and least_m >= room_m:
             return direction
     return np.nan

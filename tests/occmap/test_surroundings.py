@@ -78,6 +78,21 @@ def test_turning_in_place_is_always_free():
     assert kernels.is_free(0.0, 0.0, 0.0, 1.5, 0.3, 1.0, 3.0, hits, 0.19)
 
 
+def test_what_all_but_touches_moves_on_only_to_where_there_is_more_room():
+    """Between walls that keep their distance a scan's noise would let it creep on; backwards it may go."""
+    along = np.linspace(-1.0, 1.0, 201)
+
+    def drives(half_m, widening, v):
+        sides = [np.column_stack((along, side * (half_m + widening * along))) for side in (-1.0, 1.0)]
+        return kernels.is_free(0.0, 0.0, v, 0.0, 0.8, 1.0, 3.0, np.concatenate(sides), 0.19)
+
+    assert drives(0.185, 0.0, 0.12)
+    assert not drives(0.175, 0.0, 0.12)
+    assert drives(0.175, 0.0, -0.12)
+    assert drives(0.175, 0.2, 0.12)
+    assert not drives(0.175, -0.2, 0.12)
+
+
 def test_the_free_bearing_is_the_nearest_one():
     open_floor = np.array([[5.0, 5.0]])
     assert kernels.free_bearing(0.4, 0.9, 0.1, open_floor, 0.19) == pytest.approx(0.4)
