@@ -215,6 +215,7 @@ class Explorer:
         self._replans += 1
         is_tight = path.keep_clear_m < self.body.radius_m
         self.pursuit = Pursuit(self.config.pursuit, goal, path, self.grid, now_s, is_tight)
+        self.pursuit.is_doubtful = self.planner.is_blocked(path, self.grid, self.map.clearance_m, 0.0)
         return self.pursuit
 
     def _flood(self, here: Pose2, within_m: float = math.inf) -> Wavefront:
@@ -228,6 +229,9 @@ class Explorer:
         return pursuit.way_left_m if pursuit is not None and holds else 0.0
 
     def _is_blocked(self, pursuit: Pursuit) -> bool:
+        """Whether the map has voided a path; one that was doubtful from the start is for the robot to try."""
+        if pursuit.is_doubtful:
+            return False
         return self.planner.is_blocked(pursuit.path, self.grid, self.map.clearance_m, pursuit.progress_m)
 
     def _end_if_done(self, wave: Wavefront, now_s: float) -> None:

@@ -87,6 +87,8 @@ class Pursuit:
         self.is_void = False
         """The robot is not where the path is, or cannot follow it: another is needed."""
         self.is_over = False
+        self.is_doubtful = False
+        """The path looks blocked somewhere from the start: planning anew would bring up the same one."""
         self._to_go_m = math.inf  # at best so far
         self._nearer_s = now_s  # when that last shrank
         self._arrived_s: float | None = None
