@@ -36,6 +36,12 @@ class TrackerConfig(Positive):
     """And the scans agree that nothing moved, to their noise."""
     still_fit_rad: float = 0.012
     """The same, of their turn."""
+    poor_fit: float = 0.5
+    """A scan that fits as badly as this, far and noisy walls in a wide hall, contradicts the wheels only"""
+    still_poor_m: float = 0.15
+    """if it is off by more than this,"""
+    still_poor_rad: float = 0.06
+    """or turned by more."""
     scans_per_half: int = 20
     """A new submap starts after so many inserted scans, and is full after twice as many."""
     view_every: int = 5
@@ -167,8 +173,11 @@ class Tracker:
     def _stands(self, odom_from_robot: Pose2, match: Match) -> bool:
         """Whether neither wheels nor scans see the robot anywhere but at the start."""
         c = self.config
+        near_m, near_rad = c.still_fit_m, c.still_fit_rad
+        if match.fit < c.poor_fit:
+            near_m, near_rad = c.still_poor_m, c.still_poor_rad
         return is_within(odom_from_robot, c.still_m, c.still_rad) and is_within(
-            match.submap_from_robot, c.still_fit_m, c.still_fit_rad
+            match.submap_from_robot, near_m, near_rad
         )
 
     def _look_again(self, scan: Scan) -> Tracked:
