@@ -32,10 +32,13 @@ def certify(
     body_radius_m: float,
     unvisited: Sequence[Frontier] = (),
     beyond: Sequence[Frontier] = (),
+    *,
+    is_early: bool = True,
 ) -> tuple[UnknownLeft, ...]:
     """The reason for every frontier, given a flood of all that the body can reach.
 
-    unvisited: those of the frontiers that could still be looked into, where the run ends early.
+    unvisited: those of the frontiers that could still be looked into: the run ends early, or they are not
+    worth the way.
     beyond: others, on the far side of the boundary.
 
     Where the body cannot come up to a frontier, a gap too narrow for it is what is wrong, however often
@@ -57,7 +60,10 @@ def certify(
         if not np.isin(regions[frontier.cells[:, 1], frontier.cells[:, 0]], own_regions).any():
             return Reason.SEALED, "no free space leads to it"
         if any(frontier is other for other in unvisited):
-            return Reason.UNVISITED, "in reach and worth a look, but the run ended first"
+            if is_early:
+                return Reason.UNVISITED, "in reach and worth a look, but the run ended first"
+            promise = f"promises less than {goals.worth_gain_m2:.2f} m²"
+            return Reason.SPECK, f"{size_m:.2f} m long, {promise}: not worth the way"
         failed = looks.at(frontier, grid)
         away_m = _distance_m(frontier, grid, reached)
         if failed and away_m < body_radius_m + 2.0 * grid.frame.resolution_m:

@@ -126,7 +126,7 @@ class GoalSearch:
     def unvisited(
         self, frontiers: Sequence[Frontier], grid: OccupancyGrid, wave: Wavefront, max_range_m: float
     ) -> list[Frontier]:
-        """Those that could still be looked into, given a flood of all that can be reached."""
+        """Those that could still be looked into, worth it or not, given a flood of all in reach."""
         worth_a_look = list(self._worth_a_look(frontiers, grid))
         return [
             frontier
@@ -165,8 +165,11 @@ class GoalSearch:
                 goals = self._from_near(members, grid, wave)
                 if goals:
                     return goals, wave
-            for frontier, _ in members:
-                self._hopeless.note(frontier, grid)
+                if any(self._first_look(each, self.chooser.looks[n:], grid, wave) for each, n in members):
+                    break  # not worth the way, from here
+            else:
+                for frontier, _ in members:
+                    self._hopeless.note(frontier, grid)
         return self._widening(frontiers, grid, flood, pursued, way_left_m)
 
     def _widening(
@@ -218,7 +221,7 @@ class GoalSearch:
     def _from_near(
         self, frontiers: Iterable[tuple[Frontier, int]], grid: OccupancyGrid, wave: Wavefront
     ) -> list[Goal]:
-        """Looks at the frontiers, but for those that cost too much to compete with the best.
+        """Looks at the frontiers, but for those that cost too much: to compete with the best, or at all.
 
         In the order they come, which is by the crow's distance: the best turns up early. Until there is
         one, each frontier gets every look that may help; from then on, the widest has to do.
@@ -228,7 +231,7 @@ class GoalSearch:
         for frontier, failed in frontiers:
             looks = self.chooser.looks[failed:] if best is None else self.chooser.looks[failed : failed + 1]
             goal = self._first_look(frontier, looks, grid, wave, self.chooser.affordable_m(best))
-            if goal is not None:
+            if goal is not None and self.chooser.is_worth_the_way(goal, grid):
                 goals.append(goal)
                 best = best_of((best, goal)) if best is not None else goal
         return goals
@@ -265,7 +268,7 @@ class GoalSearch:
                 if failed < FAR_LOOKS
                 and (from_m <= near_m or frontier.size * grid.frame.resolution_m >= config.min_far_frontier_m)
             )
-            goals = [goal for goal in found if goal is not None]
+            goals = self._worthy(found, grid)
             if goals:
                 return goals
         return []
@@ -286,7 +289,11 @@ class GoalSearch:
             for edge in edges
             if not self.looks.at(edge, grid)
         )
-        return [goal for goal in found if goal is not None]
+        return self._worthy(found, grid)
+
+    def _worthy(self, goals: Iterable[Goal | None], grid: OccupancyGrid) -> list[Goal]:
+        """Those there are and that are worth the way."""
+        return [goal for goal in goals if goal is not None and self.chooser.is_worth_the_way(goal, grid)]
 
 
 def _nearest_to(goal: Goal | None, candidates: Sequence[tuple[Frontier, int]]) -> int | None:

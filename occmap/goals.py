@@ -32,6 +32,13 @@ SEEN_SHARE = 0.5
 NOOK_DEPTH_M = 0.35
 """A nook is at least this deep."""
 
+NEVER_NEGATIVE = (
+    *("gain_range_m", "min_frontier_m", "min_far_frontier_m", "min_nook_m"),
+    *("worth_way_m", "worth_gain_m2", "hysteresis_m"),
+)
+LONG_M = 0.5
+"""A frontier as long as this promises enough for any way."""
+
 SPECK_M = 0.35
 """What is longer is no speck, however coarse the cells; the robot is as wide."""
 
@@ -64,6 +71,10 @@ class GoalConfig:
     """One that can only be seen from farther away than any usual look must be this long."""
     min_nook_m: float = 0.1
     """When nothing else is left, edges of the unknown along walls get one look if they are this long."""
+    worth_way_m: float = 10.0
+    """A way longer than this must promise something:"""
+    worth_gain_m2: float = 0.1
+    """so much unknown area, somewhat more than the robot stands on. What hides less is seen in passing."""
     hysteresis_m: float = 1.0
     """Another goal must be better by this much before a good one is abandoned for it."""
     tour: TourConfig = field(default_factory=TourConfig)
@@ -77,7 +88,7 @@ class GoalConfig:
             raise ValueError(f"gain must be raycast or size, got {self.gain!r}")
         if not (math.isfinite(self.lambda_m_per_m2) and self.lambda_m_per_m2 >= 0.0):
             raise ValueError(f"lambda must not be negative, got {self.lambda_m_per_m2}")
-        for name in ("gain_range_m", "min_frontier_m", "min_far_frontier_m", "min_nook_m", "hysteresis_m"):
+        for name in NEVER_NEGATIVE:
             if not (math.isfinite(getattr(self, name)) and getattr(self, name) >= 0.0):
                 raise ValueError(f"{name} must not be negative, got {getattr(self, name)}")
         looks_m = (*self.look_from_m, *self.look_into_m)
@@ -232,8 +243,21 @@ class GoalChooser:
             for share in (SEEN_SHARE, 0.0):
                 goal = self._goal_seeing(sample, mouth, grid, wave, from_m + into_m, share=share)
                 if goal is not None:
-                    return replace(goal, is_nook=True)
+                    depth_cells = float(np.median(sample[:, 2]))
+                    return replace(goal, is_nook=True, gain_m2=mouth.size * depth_cells * r * r)
         return None
+
+    def is_worth_the_way(self, goal: Goal, grid: OccupancyGrid) -> bool:
+        """Whether a goal is near, or promises to show something: a small leftover far away does not."""
+        c, r = self.config, grid.frame.resolution_m
+        if goal.cost_m <= c.worth_way_m:
+            return True
+        if goal.is_nook:
+            return goal.gain_m2 >= c.worth_gain_m2
+        if goal.frontier.size * r >= LONG_M:
+            return True
+        ix, iy = grid.frame.cell_at(*goal.viewpoint_in_map)
+        return self._in_sight_m2(grid, ix, iy) >= c.worth_gain_m2
 
     def _gain_m2(self, frontier: Frontier, grid: OccupancyGrid, ix: int, iy: int) -> float:
         r = grid.frame.resolution_m
@@ -241,6 +265,11 @@ class GoalChooser:
             return math.nan
         if self.config.gain == "size":
             return frontier.size * r * 1.0
+        return self._in_sight_m2(grid, ix, iy)
+
+    def _in_sight_m2(self, grid: OccupancyGrid, ix: int, iy: int) -> float:
+        """Unknown area that a look from a cell is expected to reveal."""
+        r = grid.frame.resolution_m
         reach = int(self.config.gain_range_m / r)
         return self._kernels.expected_gain_cells(grid.state, ix, iy, reach, 96) * r * r
 

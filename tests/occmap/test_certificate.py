@@ -15,7 +15,7 @@ from tests.occmap.goal_scenes import Scene, goal_at
 BODY_RADIUS_M = 0.17
 
 
-def certificate(scene, looks=None, unvisited=()):
+def certificate(scene, looks=None, unvisited=(), *, is_early=True):
     return certify(
         scene.frontiers,
         scene.grid,
@@ -24,6 +24,7 @@ def certificate(scene, looks=None, unvisited=()):
         GoalConfig(min_frontier_m=0.3),
         BODY_RADIUS_M,
         unvisited,
+        is_early=is_early,
     )
 
 
@@ -82,6 +83,13 @@ def test_unvisited_where_the_run_ended_first():
     scene = Scene(OPEN_ROOM)
     (left,) = certificate(scene, unvisited=scene.frontiers)
     assert left.reason is Reason.UNVISITED
+
+
+def test_a_speck_where_it_was_not_worth_the_way():
+    scene = Scene(OPEN_ROOM)
+    (left,) = certificate(scene, unvisited=scene.frontiers, is_early=False)
+    assert left.reason is Reason.SPECK
+    assert "not worth the way" in left.why
 
 
 def test_every_frontier_is_in_it_once():

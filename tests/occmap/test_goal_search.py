@@ -215,6 +215,23 @@ def test_when_nothing_else_is_left_nooks_are_looked_into_once():
     assert scene.run().best is None
 
 
+def corridor_with_far_recess():
+    """15 m x 0.8 m in cells of 0.1 m; beside its far end a recess of 0.4 m x 0.2 m has not been seen."""
+    recess = ["#" * 145 + "????" + "###"] * 2
+    return "\n".join(["#" * 152, *recess, *["#" + "." * 150 + "#"] * 8, "#" * 152])
+
+
+@pytest.mark.parametrize(
+    ("start", "worth_gain_m2", "is_worth"), [(5, 0.1, False), (120, 0.1, True), (5, 0, True)]
+)
+def test_what_hides_next_to_nothing_is_looked_into_in_passing_only(start, worth_gain_m2, is_worth):
+    config = GoalConfig(worth_gain_m2=worth_gain_m2, min_nook_m=9.0)
+    scene = Searching(corridor_with_far_recess(), (start, 4), resolution_m=0.1, config=config)
+    assert (scene.run().best is not None) == is_worth
+    wave = scene.flood()
+    assert scene.search.unvisited(scene.frontiers, scene.grid, wave, MAX_RANGE_M) == scene.frontiers
+
+
 def test_unvisited_are_those_that_could_still_be_looked_into():
     scene = Searching(TWO_ENDS)
     assert scene.search.unvisited(scene.frontiers, scene.grid, scene.flood(), MAX_RANGE_M) == scene.frontiers
