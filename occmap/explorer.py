@@ -214,8 +214,8 @@ class Explorer:
             self._note(str(goal))
         self._replans += 1
         is_tight = path.keep_clear_m < self.body.radius_m
-        self.pursuit = Pursuit(self.config.pursuit, goal, path, self.grid, now_s, is_tight)
-        self.pursuit.is_doubtful = self.planner.is_blocked(path, self.grid, self.map.clearance_m, 0.0)
+        is_doubtful = self.planner.is_blocked(path, self.grid, self.map.clearance_m)
+        self.pursuit = Pursuit(self.config.pursuit, goal, path, self.grid, now_s, is_tight, is_doubtful)
         return self.pursuit
 
     def _flood(self, here: Pose2, within_m: float = math.inf) -> Wavefront:

@@ -118,7 +118,7 @@ class Goal:
     cost_m: float
     """The way there, metres near walls counted dearer (see Planner)."""
     gain_m2: float
-    """nan where the strategy did not ask for it."""
+    """nan where the strategy did not ask for it; of a nook, its mouth times the depth looked at."""
     utility: float
     watched_in_map: Points
     """(k, 2) places on the frontier; when none is frontier any more, the goal is gone."""

@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from occmap.geometry import Pose2, wrap_angle
+from occmap.localization import SlamLocalizer
 from occmap.scan import Observation
 from tests.occmap.kinematic_world import KinematicWorld, room
 
@@ -52,3 +53,12 @@ def errors_m(poses, estimates):
     """(n,) distances between the driven poses and the estimates, placed by the first pose alone."""
     world_from_map = poses[0]
     return np.array([(world_from_map @ e).distance_to(p) for p, e in zip(poses, estimates, strict=True)])
+
+
+def mapped(stream):
+    """What slam makes of a stream of observations, from beginning to end."""
+    slam = SlamLocalizer()
+    for seen in stream:
+        slam.update(seen)
+    slam.finish()
+    return slam

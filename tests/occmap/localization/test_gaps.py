@@ -7,25 +7,16 @@ import numpy as np
 import pytest
 
 from occmap.geometry import Pose2
-from occmap.localization import SlamLocalizer
 from occmap.localization.motion import MotionConfig, MotionModel
 from occmap.localization.pose_graph import Loss, PoseGraph
 from occmap.scan import Observation, Scan
-from tests.occmap.localization.drives import RING, RING_LAP, drive, errors_m, observe
+from tests.occmap.localization.drives import RING, RING_LAP, drive, errors_m, mapped, observe
 
 BLANK = Scan(np.zeros(1), np.full(1, np.nan), 10.0)
 
 
 def _seen(time_s, odom_from_robot):
     return Observation(time_s, odom_from_robot, BLANK, Pose2.identity())
-
-
-def _slam_of(stream):
-    slam = SlamLocalizer()
-    for seen in stream:
-        slam.update(seen)
-    slam.finish()
-    return slam
 
 
 def test_wheels_that_err_are_believed_less_and_trusted_again():
@@ -86,7 +77,7 @@ def test_scans_missing_on_the_way_are_bridged_by_a_loop():
         replace(seen, odom_from_robot=turned_at @ wrong @ turned_at.inverse() @ seen.odom_from_robot)
         for seen in stream[to_k:]
     ]
-    slam = _slam_of(kept)
+    slam = mapped(kept)
     assert sum(submap.is_after_gap for submap in slam.tracker.submaps) == 1
     driven = poses[:from_k] + poses[to_k:]
     assert errors_m(driven, [pose for _, pose in slam.trajectory()]).max() < 0.2

@@ -11,7 +11,7 @@ from occmap.localization.map_localizer import MapLocalizer
 from occmap.localization.state_file import load, save
 from occmap.localization.told_map import ToldMapConfig
 from occmap.mapper import Mapper
-from tests.occmap.localization.drives import RING, RING_LAP, drive, errors_m, observe, scan_at
+from tests.occmap.localization.drives import RING, RING_LAP, drive, errors_m, mapped, observe, scan_at
 
 LAPS = drive([*RING_LAP, *RING_LAP, RING_LAP[0]])
 
@@ -23,15 +23,7 @@ def ring():
 
 @pytest.fixture(scope="module")
 def finished(ring):
-    return _through(ring)
-
-
-def _through(stream):
-    slam = SlamLocalizer()
-    for seen in stream:
-        slam.update(seen)
-    slam.finish()
-    return slam
+    return mapped(ring)
 
 
 def _poses(slam):
@@ -46,7 +38,7 @@ def test_two_laps_of_drift_close(ring, finished):
 
 
 def test_the_same_stream_gives_the_same_trajectory_to_the_bit(ring):
-    first, second = _through(ring[:150]), _through(ring[:150])
+    first, second = mapped(ring[:150]), mapped(ring[:150])
     assert first.trajectory() == second.trajectory()
 
 
@@ -70,7 +62,7 @@ def test_what_was_handed_over_and_inserted_since_is_the_map(ring):
 
 def test_without_odometry_scans_alone_do(ring):
     blind = [replace(seen, odom_from_robot=Pose2(2.0, 1.0, 0.5)) for seen in ring]
-    assert errors_m(LAPS, _poses(_through(blind))).max() < 0.12
+    assert errors_m(LAPS, _poses(mapped(blind))).max() < 0.12
 
 
 def test_wheels_that_count_backwards_as_forwards_are_found_out():
@@ -83,7 +75,7 @@ def test_wheels_that_count_backwards_as_forwards_are_found_out():
         replace(seen, odom_from_robot=turning_point @ Pose2(0.1 * k, 0.0, 0.0))
         for k, seen in enumerate(stream[len(there) :])
     ]
-    slam = _through([*stream[: len(there)], *lying])
+    slam = mapped([*stream[: len(there)], *lying])
     assert errors_m([*there, *back], _poses(slam)).max() < 0.06
 
 
@@ -91,7 +83,7 @@ def test_a_bare_corridor_is_as_long_as_the_wheels_say():
     boxes = np.array([(-50, 1.0, 50, 1.2), (-50, -1.2, 50, -1.0)], float)
     poses = [Pose2(0.1 * k, 0.0, 0.0) for k in range(200)]
     stream = observe(boxes, poses, np.random.default_rng(2), turn_error_per_m=0.0, max_range_m=8.0)
-    slam = _through(stream)
+    slam = mapped(stream)
     estimates = _poses(slam)
     steps = np.array([a.distance_to(b) for a, b in pairwise(estimates)])
     assert steps.max() < 0.15
@@ -103,7 +95,7 @@ def test_a_bare_corridor_is_as_long_as_the_wheels_say():
 def test_an_empty_hall_goes_by_odometry():
     poses = drive([(0.0, 0.0), (4.0, 0.0), (4.0, 4.0)])
     stream = observe(np.array([(90, 90, 91, 91)], float), poses, np.random.default_rng(3))
-    slam = _through(stream)
+    slam = mapped(stream)
     for estimate, seen in zip(_poses(slam), stream, strict=True):
         assert estimate.distance_to(seen.odom_from_robot) < 0.02
     assert not slam.loops.believed
@@ -123,7 +115,7 @@ def test_saved_and_continued_is_as_one_run(ring, finished, tmp_path):
 
 
 def test_a_finished_map_can_be_continued(ring):
-    slam = _through(ring[: len(ring) // 2])
+    slam = mapped(ring[: len(ring) // 2])
     for seen in ring[len(ring) // 2 :]:
         slam.update(seen)
     slam.finish()
