@@ -244,6 +244,7 @@ class Explorer:
         self.status = status
         self.pursuit = None
         self._unknown_left = self._certified(wave)
+        self.map.restore_surfaces()
         self._note(f"{status.value}: {len(self._unknown_left)} frontiers left unseen")
 
     def certificate(self) -> tuple[UnknownLeft, ...]:

@@ -9,11 +9,12 @@ from occmap.boundary import Boundary
 from occmap.clearance import ClearanceConfig, ClearanceMap
 from occmap.frontiers import Frontier, FrontierConfig, FrontierMap
 from occmap.geometry import Pose2
-from occmap.grid import GridConfig, OccupancyGrid
+from occmap.grid import Belief, GridConfig, OccupancyGrid
 from occmap.mapper import GridChange, Mapper
 from occmap.scan import Scan
 from occmap.sensor_model import SensorModelConfig
 from occmap.stopwatch import Stopwatch
+from occmap.worn_surfaces import worn_cells
 
 
 class LivingMap:
@@ -67,6 +68,21 @@ class LivingMap:
         self._clearance.update(grid, everything)
         self._edges.update(grid, everything)
         self.find_frontiers()
+
+    def restore_surfaces(self) -> None:
+        """Believe in the walls that grazing beams have worn away: for a map that nobody adds to any more.
+
+        While the robot drives, the next scan would wear them away again, and its layers flicker.
+        """
+        grid = self.grid
+        worn = worn_cells(grid.state, grid.hits)
+        was = grid.state.ravel()[worn]
+        grid.log_odds.ravel()[worn] = np.nextafter(grid.occupied_above, np.float32(np.inf))
+        grid.state.ravel()[worn] = Belief.OCCUPIED
+        change = GridChange(False, worn, was, grid.state)
+        self._known_cells += change.learnt_cells
+        self._clearance.update(grid, change)
+        self._edges.update(grid, change)
 
     @property
     def known_m2(self) -> float:
