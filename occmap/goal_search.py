@@ -132,7 +132,7 @@ class GoalSearch:
             frontier
             for frontier, failed in worth_a_look
             if self._first_look(frontier, self.chooser.looks[failed:], grid, wave) is not None
-            or self._from_afar([(frontier, failed)], grid, wave, max_range_m)
+            or any(self._looks_from_afar([(frontier, failed)], grid, wave, max_range_m))
         ]
 
     def _prefer(self, goals: Sequence[Goal], pursued: Goal | None) -> Goal | None:
@@ -258,6 +258,19 @@ class GoalSearch:
         wave: Wavefront,
         max_range_m: float,
     ) -> list[Goal]:
+        """Goals to be seen from afar that are worth the way: from as near as there are any."""
+        for goals in self._looks_from_afar(frontiers, grid, wave, max_range_m):
+            if worthy := self._worthy(goals, grid):
+                return worthy
+        return []
+
+    def _looks_from_afar(
+        self,
+        frontiers: Sequence[tuple[Frontier, int]],
+        grid: OccupancyGrid,
+        wave: Wavefront,
+        max_range_m: float,
+    ) -> Iterator[list[Goal]]:
         """Through a slot, from a narrow passage, at a part of it only: worth fewer tries than from near."""
         config = self.chooser.config
         near_m, into_m = config.look_from_m[0], config.look_into_m[-1]
@@ -268,10 +281,7 @@ class GoalSearch:
                 if failed < FAR_LOOKS
                 and (from_m <= near_m or frontier.size * grid.frame.resolution_m >= config.min_far_frontier_m)
             )
-            goals = self._worthy(found, grid)
-            if goals:
-                return goals
-        return []
+            yield [goal for goal in found if goal is not None]
 
     def _edges(self, grid: OccupancyGrid) -> list[Frontier]:
         """Every edge of the unknown long enough for a nook; the frontier map leaves walls' rims out."""

@@ -232,6 +232,25 @@ def test_what_hides_next_to_nothing_is_looked_into_in_passing_only(start, worth_
     assert scene.search.unvisited(scene.frontiers, scene.grid, wave, MAX_RANGE_M) == scene.frontiers
 
 
+def corridor_with_far_slot():
+    """12 m x 0.65 m in cells of 0.05 m; through a slot in its far end half a closet is in sight."""
+    lines = ["#" * 251]
+    for row in range(13):
+        closet = "......??" if 2 <= row <= 10 else "#" * 8
+        lines.append("#" + "." * 240 + ("." if row == 6 else "#") + closet + "#")
+    return "\n".join([*lines, "#" * 251])
+
+
+@pytest.mark.parametrize(("start", "is_worth"), [(5, False), (120, True)])
+def test_what_is_in_sight_from_afar_alone_may_not_be_worth_the_way_and_yet_is_told(start, is_worth):
+    scene = Searching(
+        corridor_with_far_slot(), (start, 7), resolution_m=0.05, body=None, config=GoalConfig(min_nook_m=9.0)
+    )
+    assert (scene.run().best is not None) == is_worth
+    wave = scene.flood()
+    assert scene.search.unvisited(scene.frontiers, scene.grid, wave, MAX_RANGE_M) == scene.frontiers
+
+
 def test_unvisited_are_those_that_could_still_be_looked_into():
     scene = Searching(TWO_ENDS)
     assert scene.search.unvisited(scene.frontiers, scene.grid, scene.flood(), MAX_RANGE_M) == scene.frontiers
