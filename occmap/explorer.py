@@ -214,8 +214,7 @@ class Explorer:
             self._note(str(goal))
         self._replans += 1
         is_tight = path.keep_clear_m < self.body.radius_m
-        is_doubtful = self.planner.is_blocked(path, self.grid, self.map.clearance_m)
-        self.pursuit = Pursuit(self.config.pursuit, goal, path, self.grid, now_s, is_tight, is_doubtful)
+        self.pursuit = Pursuit(self.config.pursuit, goal, path, self.grid, now_s, is_tight)
         return self.pursuit
 
     def _flood(self, here: Pose2, within_m: float = math.inf) -> Wavefront:
@@ -229,9 +228,7 @@ class Explorer:
         return pursuit.way_left_m if pursuit is not None and holds else 0.0
 
     def _is_blocked(self, pursuit: Pursuit) -> bool:
-        """Whether the map has voided a path; one that was doubtful from the start is for the robot to try."""
-        if pursuit.is_doubtful:
-            return False
+        """Whether the map has voided what is left of a path."""
         return self.planner.is_blocked(pursuit.path, self.grid, self.map.clearance_m, pursuit.progress_m)
 
     def _end_if_done(self, wave: Wavefront, now_s: float) -> None:

@@ -76,7 +76,6 @@ class Pursuit:
         grid: OccupancyGrid,
         now_s: float,
         is_tight: bool = False,
-        is_doubtful: bool = False,
     ) -> None:
         self.config = config
         self.goal = goal
@@ -88,8 +87,6 @@ class Pursuit:
         self.is_void = False
         """The robot is not where the path is, or cannot follow it: another is needed."""
         self.is_over = False
-        self.is_doubtful = is_doubtful
-        """The path looks blocked somewhere from the start: planning anew would bring up the same one."""
         self._to_go_m = math.inf  # at best so far
         self._nearer_s = now_s  # when that last shrank
         self._arrived_s: float | None = None

@@ -108,10 +108,12 @@ class Terrain:
             kept = kernels.shortcut(cells, nx, self.state.ravel(), self.clearance_m.ravel(), self.prices)
         way = np.concatenate((escape_cells[:-1], cells[kept])).astype(np.int64)
         points = self.frame.map_from_cell(np.column_stack((way % nx, way // nx)))
-        lead_m = self._lead(points, escape_radius_m)
+        way_out_m = float(np.hypot(*np.diff(points[: len(escape_cells)], axis=0).T).sum())
+        lead_m = max(way_out_m, self._lead(points, escape_radius_m))
         least_m = self.least_clearance(points, lead_m)
         is_comfortable = least_m >= self.limits.comfortable_m - self.frame.resolution_m
         keep_m = self.limits.comfortable_keep_m if is_comfortable else self.limits.tight_keep_m
+        keep_m = min(keep_m, least_m)  # a straight line may cut a corner of cells that none of its own is
         return Path.through(points, cost_m, keep_m, lead_m)
 
     def least_clearance(self, points: NDArray[np.float64], from_m: float) -> float:

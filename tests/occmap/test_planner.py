@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scipy.ndimage import distance_transform_edt
+from scipy.ndimage import distance_transform_edt, gaussian_filter
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
@@ -297,6 +297,71 @@ def test_from_an_island_made_by_noise_the_flood_starts_on_the_mainland():
     wave = Planner().flood(grid, clearance, (40, 30))
     assert wave.start_moved
     assert np.isfinite(wave.cost_at(np.array([[60, 30]]))[0])
+
+
+def closet_round_the_bend():
+    """A passage 4 cells wide (too narrow to plan in) leads round a wall, and out into a room of 3 m x 3 m."""
+    occupied = open_room(100, 60)
+    occupied[:24, :40] = True
+    occupied[8:12, 10:28] = False  # there
+    occupied[8:18, 24:28] = False  # round the bend
+    occupied[14:18, 8:28] = False  # and back
+    occupied[14:24, 8:12] = False  # and out
+    return occupied
+
+
+def test_a_way_out_of_clutter_is_forgiven_to_its_end_however_long_it_is():
+    """Its end is within a metre as the crow flies, and farther by the way."""
+    grid, clearance = believed(closet_round_the_bend())
+    planner = Planner()
+    wave = planner.flood(grid, clearance, (12, 10))
+    assert wave.start_moved
+    path = wave.path_to((70, 45))
+    assert path is not None
+    assert path.escape_m > planner.config.escape_radius_m
+    assert not planner.is_blocked(path, grid, clearance)
+
+
+def test_a_way_off_an_island_is_forgiven_to_the_mainland_although_the_island_is_comfortable():
+    occupied = open_room(100, 60)
+    occupied[:, 24] = True
+    occupied[29:31, 24] = False  # a gap of 0.1 m, as noise paints them
+    occupied[[18, 42], :24] = True
+    grid, clearance = believed(occupied)
+    planner = Planner()
+    wave = planner.flood(grid, clearance, (12, 30))
+    path = wave.path_to((70, 30))
+    assert path is not None
+    assert clearance[30, 12] > 0.26
+    assert not planner.is_blocked(path, grid, clearance)
+
+
+def noisy_clutter(rng, nx=70, ny=60):
+    """Blobs of obstacles, and of the unknown among them: ways out of every kind."""
+    occupied = open_room(nx, ny)
+    occupied |= blobs(rng, occupied.shape, rng.uniform(1.0, 3.0)) > rng.uniform(0.8, 1.6)
+    return occupied, (blobs(rng, occupied.shape, 1.0) > 1.8) & ~occupied
+
+
+def blobs(rng, shape, size):
+    """(ny, nx) smooth noise of unit variance."""
+    field = gaussian_filter(rng.normal(size=shape), size)
+    return field / field.std()
+
+
+@pytest.mark.parametrize("seed", [11, 17, 30, 32])
+def test_no_path_is_blocked_as_it_was_planned(seed):
+    """Else it would be planned anew at every scan, and nobody would ever drive it."""
+    rng = np.random.default_rng(seed)
+    occupied, unknown = noisy_clutter(rng)
+    grid, clearance = believed(occupied, unknown=unknown)
+    places = np.argwhere(~occupied)[:, ::-1]
+    planner = Planner()
+    for start in places[rng.integers(len(places), size=8)].tolist():
+        wave = planner.flood(grid, clearance, tuple(start))
+        for goal in places[rng.integers(len(places), size=20)].tolist():
+            path = wave.path_to(tuple(goal))
+            assert path is None or not planner.is_blocked(path, grid, clearance)
 
 
 def test_a_closed_closet_is_not_taken_for_an_island():
