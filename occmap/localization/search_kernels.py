@@ -137,7 +137,7 @@ def _stamp_bound(buffer, start, width, k, cx, cy, profile):
                 buffer[at] = profile[dy, dx]
 
 
-@kernel
+@part
 def _score(buffer, start, height, width, k, cells, shift_x, shift_y):
     """Sum over the cells (n, 2) of one angle, shifted, of a level's entries."""
     lift = 1 if k > 0 else 0
@@ -150,13 +150,6 @@ def _score(buffer, start, height, width, k, cells, shift_x, shift_y):
     return total
 
 
-@kernel
-def _nearest(low, high):
-    """The smallest |s| for low <= s <= high."""
-    return max(low, -high, 0)
-
-
-@kernel
 def search(buffer, starts, shapes, points, origin_x, origin_y, cells_per_m, guess, half_angles, angle_step,
            half_cells, shift_cost, angle_cost, cost_cap, least, shun):  # fmt: skip
     """Best pose of points (n, 2) on the raster within a window round guess (x, y, yaw).
@@ -167,6 +160,17 @@ def search(buffer, starts, shapes, points, origin_x, origin_y, cells_per_m, gues
     `least` if nothing beats it. Depth-first branch and bound over translations, all angles at once
     (Olson 2009; Hess et al. 2016, algorithm 3).
     """
+    top = min(len(starts) - 1, (2 * half_cells + 1).bit_length() - 1)
+    costs = half_cells, shift_cost, angle_cost, cost_cap
+    cells = _turned(points, origin_x, origin_y, cells_per_m, guess, half_angles, angle_step)
+    bounds = _bounds(buffer, starts, shapes, cells, top, *costs)
+    order = np.argsort(-bounds, kind="stable")  # not in a kernel: numba's takes a second to compile
+    return _best_first(buffer, starts, shapes, cells, top, bounds, order, *costs, shun, float(least))
+
+
+@kernel
+def _turned(points, origin_x, origin_y, cells_per_m, guess, half_angles, angle_step):
+    """The cells (angles, n, 2) that points fall into, unshifted. O(angles n)."""
     n_angles = 2 * half_angles + 1
     cells = np.empty((n_angles, points.shape[0], 2), np.int64)
     for a in range(n_angles):
@@ -177,29 +181,7 @@ def search(buffer, starts, shapes, points, origin_x, origin_y, cells_per_m, gues
             y = guess[1] + s * points[p, 0] + c * points[p, 1]
             cells[a, p, 0] = int(np.floor((x - origin_x) * cells_per_m))
             cells[a, p, 1] = int(np.floor((y - origin_y) * cells_per_m))
-    top = 0
-    while top < starts.shape[0] - 1 and (1 << (top + 1)) <= 2 * half_cells + 1:
-        top += 1
-    blocks = (2 * half_cells >> top) + 1
-    bounds = np.empty(n_angles * blocks * blocks, np.float64)
-    for a in range(n_angles):
-        for j in range(blocks):
-            for i in range(blocks):
-                bounds[(a * blocks + j) * blocks + i] = _bound(
-                    buffer, starts, shapes, cells[a], top, (i << top) - half_cells, (j << top) - half_cells,
-                    a - half_angles, half_cells, shift_cost, angle_cost, cost_cap)  # fmt: skip
-    best = (0, 0, 0, least)
-    stack = np.empty((4 * (top + 2), 3), np.int64)
-    stack_bound = np.empty(4 * (top + 2), np.float64)
-    for node in np.argsort(-bounds, kind="mergesort"):
-        if bounds[node] <= best[3]:
-            break
-        a = node // (blocks * blocks)
-        i, j = node % blocks, (node // blocks) % blocks
-        best = _descend(buffer, starts, shapes, cells[a], a - half_angles, top, i, j, bounds[node],
-                        half_cells, shift_cost, angle_cost, cost_cap, shun, stack, stack_bound,
-                        best)  # fmt: skip
-    return best
+    return cells
 
 
 @kernel
@@ -208,42 +190,74 @@ def _bound(
 ):
     """What no pose of the block of shifts [low, low + 2^k) can exceed; exact at level 0."""
     reach = (1 << k) - 1
-    dx, dy = _nearest(low_x, min(low_x + reach, half_cells)), _nearest(low_y, min(low_y + reach, half_cells))
+    dx = max(low_x, -min(low_x + reach, half_cells), 0)
+    dy = max(low_y, -min(low_y + reach, half_cells), 0)
     gain = _score(buffer, starts[k], shapes[k, 0], shapes[k, 1], k, cells, low_x, low_y)
     return gain - min(shift_cost * (dx * dx + dy * dy) + angle_cost * angle * angle, cost_cap)
 
 
 @kernel
-def _descend(buffer, starts, shapes, cells, angle, top, i, j, bound, half_cells, shift_cost, angle_cost,
-             cost_cap, shun, stack, stack_bound, best):  # fmt: skip
-    """Depth first below one block, the most promising child first; returns the best so far."""
-    size = 1
-    stack[0, 0], stack[0, 1], stack[0, 2], stack_bound[0] = top, (i << top), (j << top), bound
-    while size > 0:
-        size -= 1
-        k, x, y = stack[size, 0], stack[size, 1], stack[size, 2]
-        if stack_bound[size] <= best[3]:
-            continue
-        if k == 0:
-            if max(abs(x - half_cells - shun[0]), abs(y - half_cells - shun[1])) <= shun[2]:
+def _bounds(buffer, starts, shapes, cells, top, half_cells, shift_cost, angle_cost, cost_cap):
+    """The bound (angles * blocks^2,) of each block of the top level."""
+    n_angles = cells.shape[0]
+    blocks = (2 * half_cells >> top) + 1
+    bounds = np.empty(n_angles * blocks * blocks)
+    for a in range(n_angles):
+        for j in range(blocks):
+            for i in range(blocks):
+                bounds[(a * blocks + j) * blocks + i] = _bound(
+                    buffer, starts, shapes, cells[a], top, (i << top) - half_cells, (j << top) - half_cells,
+                    a - n_angles // 2, half_cells, shift_cost, angle_cost, cost_cap)  # fmt: skip
+    return bounds
+
+
+@kernel
+def _best_first(buffer, starts, shapes, cells, top, bounds, order, half_cells, shift_cost, angle_cost,
+                cost_cap, shun, least):  # fmt: skip
+    """Look into the blocks, the most promising first, until none can beat what was found."""
+    blocks = (2 * half_cells >> top) + 1
+    best_angle, best_x, best_y, best = 0, 0, 0, least
+    stack = np.empty((4 * (top + 2), 3), np.int64)
+    stack_bound = np.empty(4 * (top + 2))
+    for node in order:
+        if bounds[node] <= best:
+            break
+        a = node // (blocks * blocks)
+        angle = a - cells.shape[0] // 2
+        i, j = node % blocks, (node // blocks) % blocks
+        size = 1
+        stack[0, 0], stack[0, 1], stack[0, 2], stack_bound[0] = top, (i << top), (j << top), bounds[node]
+        while size > 0:  # depth first below the block, the most promising child first
+            size -= 1
+            k, x, y = stack[size, 0], stack[size, 1], stack[size, 2]
+            if stack_bound[size] <= best:
                 continue
-            best = (angle, x - half_cells, y - half_cells, stack_bound[size])
-            continue
-        first = size
-        h = 1 << (k - 1)
-        for child in range(4):
-            cx, cy = x + (child & 1) * h, y + (child >> 1) * h
-            if cx > 2 * half_cells or cy > 2 * half_cells:
+            if k == 0:
+                if max(abs(x - half_cells - shun[0]), abs(y - half_cells - shun[1])) > shun[2]:
+                    best_angle, best_x, best_y = angle, x - half_cells, y - half_cells
+                    best = stack_bound[size]
                 continue
-            value = _bound(buffer, starts, shapes, cells, k - 1, cx - half_cells, cy - half_cells, angle,
-                           half_cells, shift_cost, angle_cost, cost_cap)  # fmt: skip
-            if value <= best[3]:
-                continue
-            at = size
-            while at > first and stack_bound[at - 1] > value:  # the best ends on top
-                stack[at] = stack[at - 1]
-                stack_bound[at] = stack_bound[at - 1]
-                at -= 1
-            stack[at, 0], stack[at, 1], stack[at, 2], stack_bound[at] = k - 1, cx, cy, value
-            size += 1
-    return best
+            first = size
+            h = 1 << (k - 1)
+            for child in range(4):
+                cx, cy = x + (child & 1) * h, y + (child >> 1) * h
+                if cx > 2 * half_cells or cy > 2 * half_cells:
+                    continue
+                value = _bound(buffer, starts, shapes, cells[a], k - 1, cx - half_cells, cy - half_cells,
+                               angle, half_cells, shift_cost, angle_cost, cost_cap)  # fmt: skip
+                if value > best:
+                    _push(stack, stack_bound, first, size, k - 1, cx, cy, value)
+                    size += 1
+    return best_angle, best_x, best_y, best
+
+
+@part
+def _push(stack, stack_bound, first, size, k, x, y, bound):
+    """Insert a node above `first` so that the best ends on top. Cell by cell: rows compile slowly."""
+    at = size
+    while at > first and stack_bound[at - 1] > bound:
+        for c in range(3):
+            stack[at, c] = stack[at - 1, c]
+        stack_bound[at] = stack_bound[at - 1]
+        at -= 1
+    stack[at, 0], stack[at, 1], stack[at, 2], stack_bound[at] = k, x, y, bound

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from occmap.kernel import kernel
-from occmap.localization.search_kernels import _score
+from occmap.localization.search_kernels import _push, _score
 
 
 @kernel
@@ -72,12 +72,7 @@ def descend(buffer, starts, shapes, points, origin_x, origin_y, cells_per_m, gue
                                cx - half_cells, cy - half_cells)  # fmt: skip
                 if value <= best[3]:
                     continue
-                slot = size
-                while slot > first and stack_bound[slot - 1] > value:  # the best ends on top
-                    stack[slot] = stack[slot - 1]
-                    stack_bound[slot] = stack_bound[slot - 1]
-                    slot -= 1
-                stack[slot, 0], stack[slot, 1], stack[slot, 2], stack_bound[slot] = k - 1, cx, cy, value
+                _push(stack, stack_bound, first, size, k - 1, cx, cy, value)
                 size += 1
     return order.shape[0], work
 
