@@ -13,8 +13,9 @@ from experiments.benchmark_figure import Figure
 from experiments.benchmark_sim import benchmark_sim
 from experiments.config import ExperimentConfig
 from experiments.episode import episode
-from experiments.experiment import Experiment, prepare, warm_up
+from experiments.experiment import Experiment, prepare
 from experiments.run import run
+from experiments.warm_up import warm_up
 from occmap.stopwatch import Stopwatch
 
 STAGES = ("physics", "lidar", "localization", "mapping", "frontiers", "planning")

@@ -17,7 +17,7 @@ from experiments.benchmark_figure import Figure
 REPEATS = 3
 HELP = "from experiments.command import parse; parse(['--help'])"
 WARM_UP = (
-    "from experiments.config import ExperimentConfig; from experiments.experiment import warm_up; "
+    "from experiments.config import ExperimentConfig; from experiments.warm_up import warm_up; "
     "warm_up(ExperimentConfig(pose='{pose}'))"
 )
 

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import gc
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -19,14 +16,9 @@ from occmap.body import Body
 from occmap.boundary import are_within, polygon
 from occmap.explorer import Explorer
 from occmap.geometry import Pose2
-from occmap.localization import Localizer, OdometryLocalizer, SlamConfig, SlamLocalizer
-from occmap.localization.loop_candidates import CandidateConfig
-from occmap.localization.loop_closure import LoopClosureConfig
-from occmap.localization.matcher import MatcherConfig
-from occmap.localization.tracker import TrackerConfig
-from occmap.scan import Observation
+from occmap.localization import Localizer, OdometryLocalizer, SlamLocalizer
 from occmap.stopwatch import Stopwatch
-from sim.building import Box, Building
+from sim.building import Building
 from sim.generators import generate
 from sim.lidar import Lidar
 from sim.lidar_noise import LidarStreams
@@ -184,49 +176,3 @@ def make_localizer(config: ExperimentConfig) -> Localizer:
     if config.pose == "slam":
         return SlamLocalizer(config.slam, config.explorer.grid, config.explorer.sensor_model)
     return OdometryLocalizer()
-
-
-def warm_up(config: ExperimentConfig) -> None:
-    """Explore a made-up room for a moment: every kernel is then compiled and loaded."""
-    from experiments.episode import episode
-
-    walls = (
-        Box(0.0, 2.0, 3.1, 0.1),
-        Box(0.0, -2.0, 3.1, 0.1),
-        Box(3.0, 0.0, 0.1, 2.0),
-        Box(-3.0, 0.0, 0.1, 2.0),
-        Box(0.5, 1.0, 0.1, 1.0),
-    )
-    room = Building("warm-up", "plan", (-3.1, -2.1), (3.1, 2.1), walls, Pose2(-1.5, 0.3, 0.2))
-    robot = make_robot(config, room, Streams(0))
-    explorer = make_explorer(replace(config, boundary=()), robot)
-    with few_collections():
-        seen = [step.observation for step in episode(robot, explorer, limit_s=WARM_UP_S)]
-        if config.pose == "slam":
-            close_loops(seen)
-
-
-def close_loops(seen: Sequence[Observation]) -> None:
-    """Drive there and back in tiny submaps, sure of nothing: all that slam may ever need is then loaded."""
-    tracker = TrackerConfig(insert_every_m=0.02, insert_every_rad=0.02, scans_per_half=2)
-    loops = LoopClosureConfig(candidates=CandidateConfig(gap=1))
-    slam = SlamLocalizer(SlamConfig(matcher=MatcherConfig(sure_fit=2.0), tracker=tracker, loops=loops))
-    for each in (*seen, *reversed(seen)):
-        slam.update(each)
-    slam.finish()
-    slam.map()
-
-
-@contextmanager
-def few_collections() -> Iterator[None]:
-    """Look for garbage less often: a compiler makes millions of objects, few of them garbage in cycles."""
-    usual = gc.get_threshold()
-    gc.set_threshold(50_000, *usual[1:])
-    try:
-        yield
-    finally:
-        gc.set_threshold(*usual)
-
-
-WARM_UP_S = 4.0
-"""Long enough to look around, plan and drive."""

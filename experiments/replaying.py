@@ -12,6 +12,7 @@ from typing import Protocol
 import numpy as np
 
 from experiments.logs.log import RecordedLog
+from experiments.rehearsal import close_loops, garbage_left_alone
 from experiments.replay_localizers import MotionFilter, PoseSource, ReplayLocalizer, make_localizer, save_slam
 from experiments.tum_file import Trajectory
 from occmap.geometry import Pose2
@@ -163,10 +164,13 @@ def warm_up(observations: Sequence[Observation], config: ReplayConfig) -> None:
     lap = [*there, *reversed(there[:-1])]
     drive = [replace(seen, time_s=0.2 * k) for k, seen in enumerate(lap * WARM_UP_LAPS)]
     localizer = make_localizer(config.pose, config.map)
-    for _ in live(drive, localizer, Stopwatch()):
-        pass
-    localizer.finish()
-    localizer.map()
+    with garbage_left_alone():
+        for _ in live(drive, localizer, Stopwatch()):
+            pass
+        localizer.finish()
+        localizer.map()
+        if config.pose == "slam":
+            close_loops([replace(seen, scan=hits_alone(seen.scan)) for seen in there])
 
 
 def hits_alone(scan: Scan) -> Scan:

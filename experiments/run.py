@@ -8,11 +8,12 @@ from dataclasses import dataclass
 
 from experiments.curves import ScoreCurve
 from experiments.episode import Step, episode
-from experiments.experiment import Experiment, warm_up
+from experiments.experiment import Experiment
 from experiments.motion import DriveLog
 from experiments.outcome import Outcome
 from experiments.recorders import Recorder
 from experiments.trajectory import TrajectoryLog
+from experiments.warm_up import warm_up
 from occmap.stopwatch import Stopwatch
 from sim.faults import PhysicsFault
 from sim.robot import Truth

@@ -1,0 +1,70 @@
+"""What happens seldom, made to happen once before the clock runs: no kernel is compiled or loaded later."""
+
+from __future__ import annotations
+
+import gc
+import math
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+
+import numpy as np
+
+from occmap.decision import Reason
+from occmap.explorer import Explorer
+from occmap.frontiers import Frontier
+from occmap.geometry import Pose2, Twist2
+from occmap.goals import Goal
+from occmap.localization import SlamConfig, SlamLocalizer
+from occmap.localization.loop_candidates import CandidateConfig
+from occmap.localization.loop_closure import LoopClosureConfig
+from occmap.localization.matcher import MatcherConfig
+from occmap.localization.tracker import TrackerConfig
+from occmap.memory import FailedLooks
+from occmap.scan import Observation
+
+
+def close_loops(seen: Sequence[Observation]) -> None:
+    """Drive there and back in tiny submaps, sure of nothing: all that slam may ever need is then loaded."""
+    tracker = TrackerConfig(insert_every_m=0.02, insert_every_rad=0.02, scans_per_half=2)
+    loops = LoopClosureConfig(candidates=CandidateConfig(gap=1))
+    slam = SlamLocalizer(SlamConfig(matcher=MatcherConfig(sure_fit=2.0), tracker=tracker, loops=loops))
+    for each in (*seen, *reversed(seen)):
+        slam.update(each)
+    slam.finish()
+    slam.map()
+
+
+def rare_moments(explorer: Explorer, here: Pose2) -> None:
+    """Ask what an exploring mind asks now and then only: about far leftovers, slits, ways to evade."""
+    grid, chooser = explorer.grid, explorer.search.chooser
+    cell = grid.frame.cell_at(*here.position)
+    wave = explorer.planner.flood(grid, explorer.map.clearance_m, cell)
+    mouth = Frontier(np.array([cell] * 8), here.position, 8)
+    watched = np.array([here.position])
+    goal = Goal(replace(mouth, size=1), here.position, math.inf, math.nan, 0.0, watched)
+    chooser.is_worth_the_way(goal, grid)
+    chooser.is_gone(replace(goal, is_nook=True), grid, explorer.map.frontier_mask)
+    chooser.goal_into_nook(mouth, grid, wave, 1.0)
+    looks = FailedLooks()
+    looks.note(goal, Reason.TOO_NARROW, "", grid)
+    looks.at(mouth, grid)
+    around = explorer.follower.surroundings
+    around.free_bearing(0.0, 1.0, 0.1)
+    around.is_free(Twist2.zero(), Twist2(-0.1, 0.0), 0.1)
+
+
+@contextmanager
+def garbage_left_alone() -> Iterator[None]:
+    """Look for garbage less often while kernels are compiled and loaded; what then exists, stays.
+
+    A compiler makes millions of objects, few of them garbage in cycles. To look through them all takes a
+    tenth of a second each time: in the middle of a drive, the robot would have to wait for that.
+    """
+    usual = gc.get_threshold()
+    gc.set_threshold(50_000, *usual[1:])
+    try:
+        yield
+    finally:
+        gc.freeze()
+        gc.set_threshold(*usual)

@@ -1,0 +1,83 @@
+"""After the warm-up nothing is compiled or loaded while the robot drives."""
+
+import gc
+import importlib
+import pkgutil
+import re
+from pathlib import Path
+
+import pytest
+from numba.core.dispatcher import Dispatcher
+
+import occmap
+from experiments import warm_up
+from experiments.config import ExperimentConfig
+from experiments.rehearsal import garbage_left_alone
+
+NOT_NEEDED = {
+    "occmap.mapper_kernels.integrate_cones",  # an option: beams that are cones
+    "occmap.localization.pose_graph_kernels.edge_jacobians",  # for a covariance that no run asks for
+    "occmap.localization.surfel_kernels.linearise",  # called by a kernel; its namesake is not
+}
+
+
+@pytest.fixture(scope="module")
+def warm():
+    warm_up.warm_up(ExperimentConfig(pose="slam"))
+
+
+def kernels():
+    """Every kernel by name that something other than a kernel calls."""
+    called = set()
+    for file in Path(occmap.__path__[0]).rglob("*.py"):
+        called |= set(re.findall(r"kernels\.(\w+)\(", file.read_text()))
+    for info in pkgutil.walk_packages(occmap.__path__, "occmap."):
+        for name, value in vars(importlib.import_module(info.name)).items():
+            if isinstance(value, Dispatcher) and name in called:
+                yield f"{info.name}.{name}", value
+
+
+def test_the_warm_up_loads_every_kernel_that_a_run_may_need_and_in_one_shape(warm):
+    loaded = {name: len(kernel.signatures) for name, kernel in kernels() if name not in NOT_NEEDED}
+    assert len(loaded) > 40
+    assert {name: n for name, n in loaded.items() if n != 1} == {}
+
+
+def test_what_the_warm_up_has_made_is_never_looked_through_for_garbage():
+    before, usual = gc.get_freeze_count(), gc.get_threshold()
+    with garbage_left_alone():
+        made = [[] for _ in range(1000)]
+    assert gc.get_freeze_count() >= before + len(made)
+    assert gc.get_threshold() == usual
+
+
+def test_the_other_half_is_compiled_aside_on_a_first_run_only(warm, monkeypatch):
+    assert not warm_up.is_first_run()
+
+    def never(*_, **__):
+        raise AssertionError("no other process is needed")
+
+    monkeypatch.setattr(warm_up.subprocess, "Popen", never)
+    with warm_up.compiling_slam_aside():
+        pass
+    monkeypatch.setattr(warm_up, "is_first_run", lambda: True)
+    monkeypatch.setattr(warm_up.os, "cpu_count", lambda: 1)
+    with warm_up.compiling_slam_aside():
+        pass
+
+
+@pytest.mark.parametrize("other", ["raise SystemExit(1)", "import time; time.sleep(100)"])
+def test_another_process_that_fails_or_hangs_when_interrupted_is_no_matter(monkeypatch, other):
+    monkeypatch.setattr(warm_up, "is_first_run", lambda: True)
+    monkeypatch.setattr(warm_up.os, "cpu_count", lambda: 2)
+    monkeypatch.setattr(warm_up, "OTHER_HALF", other)
+    if "sleep" in other:
+        with pytest.raises(KeyboardInterrupt), warm_up.compiling_slam_aside():
+            raise KeyboardInterrupt
+    else:
+        with warm_up.compiling_slam_aside():
+            pass
+
+
+def test_what_slam_needs_can_be_compiled_by_itself(warm):
+    warm_up.compile_slam()
