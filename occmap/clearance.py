@@ -51,6 +51,11 @@ class ClearanceMap:
 
     def rebuild(self, grid: OccupancyGrid) -> None:
         """Start afresh from the grid as it is."""
+        self.clear(grid)
+        self.take_rows(slice(0, grid.shape[0]), grid)
+
+    def clear(self, grid: OccupancyGrid) -> None:
+        """Start afresh, as if nothing in the grid were occupied."""
         self._by_squares = distance_by_squares(self.config.truncate_m, grid.config.resolution_m)
         radius = math.isqrt(len(self._by_squares) - 1)
         offsets = np.arange(-radius, radius + 1)
@@ -58,7 +63,11 @@ class ClearanceMap:
         self._disc = self._by_squares[np.minimum(squares, len(self._by_squares) - 1)]
         self._column = np.full(grid.shape, radius, np.uint8)
         self.distance_m = np.full(grid.shape, self.config.truncate_m, np.float32)
-        occupied = np.flatnonzero(grid.state == Belief.OCCUPIED).astype(np.int32)
+
+    def take_rows(self, rows: slice, grid: OccupancyGrid) -> None:
+        """Take in the obstacles in some rows of a grid, after `clear`; in any order, each once."""
+        first = rows.start * grid.shape[1]
+        occupied = (np.flatnonzero(grid.state[rows] == Belief.OCCUPIED) + first).astype(np.int32)
         self._take_flips(occupied, np.zeros(len(occupied), np.uint8), grid)
 
     def _take_flips(self, flat_cells: NDArray[np.int32], was: NDArray[np.uint8], grid: OccupancyGrid) -> None:

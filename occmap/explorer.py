@@ -98,7 +98,10 @@ class Explorer:
         with self._watch.lap("localization"):
             estimate = self.localizer.update(seen)
         if estimate.grid is not None:
-            self._take_over(estimate.grid, estimate.map_shift or Pose2.identity())
+            self._take_over(estimate.grid, estimate.map_shift or Pose2.identity(), estimate.map_from_robot)
+        elif self.map.is_settling:
+            with self._watch.lap("mapping"):
+                self.map.settle()
         if estimate.scan is not None:
             seen = replace(seen, scan=estimate.scan)
         here = estimate.map_from_robot
@@ -106,9 +109,9 @@ class Explorer:
             self.map.insert(seen.scan, here @ seen.robot_from_lidar, self._watch)
         return here, seen
 
-    def _take_over(self, grid: OccupancyGrid, new_map_from_old_map: Pose2) -> None:
+    def _take_over(self, grid: OccupancyGrid, new_map_from_old_map: Pose2, here: Pose2) -> None:
         """The localizer has corrected the past: go on in its map with what is remembered."""
-        self.map.replace(grid)
+        self.map.replace(grid, here)
         self._considered_m2 = 0.0
         self.ending.carry_over(new_map_from_old_map, grid)
         self.looks.carry_over(new_map_from_old_map)
@@ -127,7 +130,7 @@ class Explorer:
         manoeuvre = self._recover(seen, here) if self.status is Status.EXPLORING else None
         if manoeuvre is not None:
             return "recovering", manoeuvre
-        if self.status is Status.EXPLORING:
+        if self.status is Status.EXPLORING and not self.map.is_settling:
             if self._should_think(seen.time_s):
                 self._think(seen, here)
             if self.ending.is_survey_due(seen.time_s):

@@ -68,11 +68,19 @@ class FrontierMap:
 
     def rebuild(self, grid: OccupancyGrid) -> None:
         """Start afresh from the grid as it is."""
+        self.clear(grid)
+        self.take_rows(slice(0, grid.shape[0]), grid)
+
+    def clear(self, grid: OccupancyGrid) -> None:
+        """Start afresh, as if the grid held no frontier."""
         self.mask, self._grouped = np.zeros(grid.shape, np.uint8), np.zeros(grid.shape, np.uint8)
-        edges, ignore_rim = edge_cells(grid.state), self.config.ignore_rim
+        self._stirred, self._groups, self._firsts = [], [], np.empty(0, np.int64)
+
+    def take_rows(self, rows: slice, grid: OccupancyGrid) -> None:
+        """Take in the frontiers in some rows of a grid, after `clear`; in any order."""
+        edges, ignore_rim = edge_cells(grid.state, rows), self.config.ignore_rim
         found = self._kernels.update_mask(edges, grid.state, grid.hits, self.mask, ignore_rim)
-        self._stirred = [np.sort(found)]
-        self._groups, self._firsts = [], np.empty(0, np.int64)
+        self._stirred.append(np.sort(found))
 
     def clusters(self, grid: OccupancyGrid, least_m: float = 0.0) -> list[Frontier]:
         """The frontier cells in 8-connected groups, none longer than max_extent_m nor shorter than least_m.
@@ -107,11 +115,16 @@ class FrontierMap:
         self._firsts = np.concatenate((self._firsts, firsts[:, 1] * self.mask.shape[1] + firsts[:, 0]))
 
 
-def edge_cells(state: NDArray[np.uint8]) -> NDArray[np.int32]:
-    """Flat indices of the free cells with an unknown 4-neighbour; outside of the array all is unknown."""
-    unknown, beside = state == Belief.UNKNOWN, np.ones(state.shape, bool)
+def edge_cells(state: NDArray[np.uint8], rows: slice) -> NDArray[np.int32]:
+    """Flat indices of the free cells in some rows that have an unknown 4-neighbour; outside of the array all
+    is unknown.
+    """
+    low, high = max(rows.start - 1, 0), min(rows.stop + 1, len(state))
+    near = state[low:high]
+    unknown, beside = near == Belief.UNKNOWN, np.ones(near.shape, bool)
     beside[1:-1, 1:-1] = unknown[:-2, 1:-1] | unknown[2:, 1:-1] | unknown[1:-1, :-2] | unknown[1:-1, 2:]
-    return np.flatnonzero(beside & (state == Belief.FREE)).astype(np.int32)
+    edge = (beside & (near == Belief.FREE))[rows.start - low : rows.stop - low]
+    return (np.flatnonzero(edge) + rows.start * state.shape[1]).astype(np.int32)
 
 
 def near_to(place: tuple[float, float], frontiers: Sequence[Frontier], reach_m: float) -> list[Frontier]:

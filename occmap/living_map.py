@@ -16,6 +16,9 @@ from occmap.sensor_model import SensorModelConfig
 from occmap.stopwatch import Stopwatch
 from occmap.worn_surfaces import worn_cells
 
+CELLS_PER_TURN = 3_000_000
+"""So much of a grid is taken over into the layers in one turn: about 20 ms, none may hold up the robot."""
+
 
 class LivingMap:
     """A grid with its clearance and its frontiers: a scan changes all of them, and only where it must."""
@@ -35,6 +38,7 @@ class LivingMap:
         """The same, but beyond the boundary."""
         self._boundary = boundary
         self._known_cells = 0
+        self._bands: list[slice] = []  # rows that the layers are still without
         self._mapper = Mapper(sensor_model)
         self._clearance = ClearanceMap(clearance)
         self._edges = FrontierMap(frontiers)
@@ -54,20 +58,39 @@ class LivingMap:
         with watch.lap("mapping"):
             change = self._mapper.insert(scan, map_from_lidar, self.grid)
             self._known_cells += change.learnt_cells
-            self._clearance.update(self.grid, change)
-        with watch.lap("frontiers"):
-            self._edges.update(self.grid, change)
             if change.grew:
-                self.find_frontiers()  # their cells have moved
+                self._start_afresh(map_from_lidar)
+            else:
+                self._clearance.update(self.grid, change)
+        if not change.grew:
+            with watch.lap("frontiers"):
+                self._edges.update(self.grid, change)
 
-    def replace(self, grid: OccupancyGrid) -> None:
-        """Go on with another grid, as after a correction of the past."""
+    def replace(self, grid: OccupancyGrid, here: Pose2) -> None:
+        """Go on with another grid, as after a correction of the past; what is near is in order at once."""
         self.grid = grid
         self._known_cells = int(np.count_nonzero(grid.state))
-        everything = GridChange.of_everything(grid)
-        self._clearance.update(grid, everything)
-        self._edges.update(grid, everything)
-        self.find_frontiers()
+        self._start_afresh(here)
+
+    @property
+    def is_settling(self) -> bool:
+        """Whether clearance and frontiers are still without some rows of a large grid, far from the robot."""
+        return bool(self._bands)
+
+    def settle(self) -> None:
+        """Take some more rows of the grid over into the layers: a turn's part of starting afresh."""
+        if self._bands:
+            band = self._bands.pop(0)
+            self._clearance.take_rows(band, self.grid)
+            self._edges.take_rows(band, self.grid)
+            self.find_frontiers()
+
+    def _start_afresh(self, here: Pose2) -> None:
+        """The grid's arrays are others: the layers begin anew where the robot is, and grow from there."""
+        self._clearance.clear(self.grid)
+        self._edges.clear(self.grid)
+        self._bands = bands_around(self.grid.frame.cell_at(*here.position)[1], self.grid.shape)
+        self.settle()
 
     def restore_surfaces(self) -> None:
         """Believe in the walls that grazing beams have worn away: for a map that nobody adds to any more.
@@ -99,3 +122,16 @@ class LivingMap:
         if self._boundary is not None:
             self.frontiers, self.frontiers_beyond = self._boundary.split(self.frontiers, self.grid)
         return self.frontiers
+
+
+def bands_around(row: int, shape: tuple[int, int]) -> list[slice]:
+    """All rows of a grid in bands of CELLS_PER_TURN, those nearest to a row first."""
+    ny, nx = shape
+    height = max(1, CELLS_PER_TURN // max(nx, 1))
+    if ny <= height:
+        return [slice(0, ny)]
+    first = min(max(row - height // 2, 0), ny - height)  # its row in the middle
+    starts = [*range(first % height - height, ny, height)]
+    bands = [slice(max(start, 0), min(start + height, ny)) for start in starts]
+    bands = [band for band in bands if band.start < band.stop]
+    return sorted(bands, key=lambda band: max(band.start - row, row - band.stop + 1, 0))

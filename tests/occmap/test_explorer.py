@@ -193,7 +193,7 @@ def test_a_goal_is_dropped_in_the_scan_in_which_its_frontier_is_gone():
     grid = flat.explorer.grid
     grid.log_odds[grid.state == Belief.UNKNOWN] = -3.0  # all is known of a sudden
     grid.state[grid.state == Belief.UNKNOWN] = Belief.FREE
-    flat.explorer.map.replace(grid)
+    flat.explorer.map.replace(grid, Pose2.identity())
     decision = flat.explorer.decide(flat.observe())
     assert goal is not None
     assert decision.goal is None or decision.goal.distance_m(goal) > 1.0

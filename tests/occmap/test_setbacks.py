@@ -38,7 +38,7 @@ class Setting:
     def __init__(self, *, is_tight=True):
         c = ExplorerConfig()
         self.map = LivingMap(c.grid, c.sensor_model, c.clearance, c.frontiers)
-        self.map.replace(ascii_grid(DOOR, 0.1))
+        self.map.replace(ascii_grid(DOOR, 0.1), Pose2.identity())
         self.looks = FailedLooks()
         self.planner = Planner(NO_MARGINS, Body(radius_m=0.14))
         self.setbacks = Setbacks(CONFIG, self.planner, self.looks)
