@@ -13,6 +13,7 @@ from occmap.explorer import ExplorerConfig
 from occmap.explorer_config import PaceConfig
 from occmap.geometry import Twist2
 from occmap.goals import GoalConfig
+from occmap.geometry import Pose2
 from occmap.grid import Belief
 from tests.occmap.explored_worlds import CELL, FLAT, TWO_ROOMS, Sleepy, exploring
 
