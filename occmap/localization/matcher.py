@@ -60,6 +60,9 @@ class MatcherConfig(Positive):
     """Of the found place's score on the raster, that a rival has."""
     iterations: int = 6
     """Gauss-Newton steps at each scale, at most."""
+    strayed_m: float = 0.1
+    """A refinement that ends farther than this from the best pose on the raster is looked at again: what is
+    near, a passer-by or a chair, is hit by most of the beams, and drags the others along."""
 
 
 @dataclass(frozen=True)
@@ -118,13 +121,28 @@ class Matcher:
         start = self._track(cloud.points, submap, guess, prediction)
         # a search that went elsewhere has caught the wheels lying: Cauchy-like, let go of them
         prior = prior / (1.0 + prediction.surprise(guess, start) / 9.0) ** 2
-        match = self.refine(cloud, submap, start, guess, prior)
+        match = self._unstrayed(cloud, submap, start, guess, prior)
         is_surprising = prediction.surprise(guess, start) > self.config.surprising
         if is_surprising and match.fit < expected.fit + self.config.surprise_sigmas * by_chance(cloud):
             match = expected
         if match.fit < max(self.config.doubtful_fit, self.config.doubtful_share * usual_fit):
             match = self._second_look(cloud, submap, guess, prior, match)
         return match
+
+    def _unstrayed(
+        self, cloud: Cloud, submap: Submap, start: Pose2, guess: Pose2, prior: NDArray[np.float64]
+    ) -> Match:
+        """The refinement; if it strays to where the raster likes it less, that of points spaced evenly."""
+        match = self.refine(cloud, submap, start, guess, prior)
+        if match.submap_from_robot.distance_to(start) <= self.config.strayed_m:
+            return match
+        even = cloud.spaced(self.config.spacing_m)
+        there, here = (self._score(even.points, submap, pose) for pose in (match.submap_from_robot, start))
+        return match if there >= here else self.refine(even, submap, start, guess, prior)
+
+    def _score(self, points: Points, submap: Submap, pose: Pose2) -> float:
+        """How well points fit the raster at one pose: mean likelihood, 0 to 1."""
+        return self.search(points, submap, Search(pose, 0.0, 0.0, 1.0))[1]
 
     def _second_look(
         self, cloud: Cloud, submap: Submap, guess: Pose2, prior: NDArray[np.float64], first: Match
@@ -205,7 +223,7 @@ class Matcher:
         """The points at least so far from the last one kept, in order."""
         from occmap.localization import search_kernels
 
-        return search_kernels.thin(points, spacing_m)
+        return points[search_kernels.spaced(points, spacing_m)]
 
     def refine(self, cloud: Cloud, submap: Submap, start: Pose2, prior: Pose2,
                prior_information: NDArray[np.float64]) -> Match:  # fmt: skip

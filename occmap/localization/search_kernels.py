@@ -33,20 +33,19 @@ def hits(bearings, ranges, least_m, most_m, x, y, yaw):
 
 
 @kernel
-def thin(points, spacing_m):
-    """The points (n, 2) that lie at least spacing_m from the last one kept, in order."""
-    kept = np.empty_like(points)
-    n, last = 0, -1
+def spaced(points, spacing_m):
+    """Which of points (n, 2) lie at least spacing_m from the last one kept, in order: their rows (k,)."""
+    kept = np.empty(points.shape[0], np.int64)
+    n = 0
     for k in range(points.shape[0]):
         if (
-            last < 0
-            or (points[k, 0] - points[last, 0]) ** 2 + (points[k, 1] - points[last, 1]) ** 2
+            n == 0
+            or (points[k, 0] - points[kept[n - 1], 0]) ** 2 + (points[k, 1] - points[kept[n - 1], 1]) ** 2
             >= spacing_m * spacing_m
         ):
-            kept[n, 0], kept[n, 1] = points[k, 0], points[k, 1]
+            kept[n] = k
             n += 1
-            last = k
-    return kept[:n].copy()
+    return kept[:n]
 
 
 @kernel

@@ -50,6 +50,13 @@ class Cloud:
         turn = Pose2(0.0, 0.0, a_from_b.yaw_rad)
         return Cloud(a_from_b.apply(self.points), turn.apply(self.facing), self.beams)
 
+    def spaced(self, spacing_m: float) -> Cloud:
+        """The points at least so far from the last one kept, in order."""
+        from occmap.localization import search_kernels
+
+        kept = search_kernels.spaced(self.points, spacing_m)
+        return Cloud(self.points[kept], self.facing[kept])
+
     def walls(self) -> Points:
         """(m, 2) the points, and more of them where walls are seen to run between two."""
         from occmap.localization import search_kernels

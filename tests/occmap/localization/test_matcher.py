@@ -1,4 +1,5 @@
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -77,6 +78,28 @@ def test_the_faces_of_a_partition_do_not_pull_each_other():
     assert abs(error.x_m) < 0.02
 
 
+@pytest.mark.parametrize("seed", [0, 1])
+def test_what_stands_near_does_not_drag_the_far_along(seed):
+    """A chair beside the robot fills a third of the scan, and was moved by 20 cm since."""
+    rng = np.random.default_rng(seed)
+    walls = [(-9, 1, 1.2, 1.2), (1.2, 1.3, 9, 1.5), (-9, -1.2, 9, -1), (4, 0.8, 4.4, 1.3), (6, -1, 6.3, -0.8)]
+    ends = [(-9.2, -2, -9, 2), (9, -2, 9.2, 2)]
+
+    def ahead(pose, chair):
+        boxes = np.array([*walls, *ends, chair], float)
+        scan = scan_at(boxes, pose, rng, beams=720)
+        half = np.abs(scan.bearings_rad) <= 0.5 * math.pi
+        scan = replace(scan, bearings_rad=scan.bearings_rad[half], ranges_m=scan.ranges_m[half])
+        return Cloud.of(scan, Pose2.identity(), 30.0)
+
+    submap = Submap(SubmapConfig(), Pose2.identity(), np.eye(3), 12.0)
+    for x in np.arange(-1.0, 0.2, 0.1):
+        submap.insert(ahead(Pose2(x, 0.5, 0.0), (0.6, 0.65, 0.7, 0.95)), Pose2(x, 0.5, 0.0))
+    here, prediction = Pose2(0.6, 0.5, 0.0), Prediction(Pose2(0.15, 0.0, 0.0), 0.025, 0.01, 0.4, 0.05)
+    match = Matcher().match(ahead(here, (0.8, 0.65, 0.9, 0.95)), submap, here, prediction)
+    assert match.submap_from_robot.distance_to(here) < 0.03
+
+
 def test_a_search_finds_what_trying_every_pose_finds():
     rng = np.random.default_rng(2)
     raster = LikelihoodPyramid(0.05, 0.06, (-5.0, -5.0), (5.0, 5.0))
@@ -134,7 +157,7 @@ def test_thinned_points_keep_their_distance():
         if last is None or math.dist(point, last) >= 0.1:
             kept.append(point)
             last = point
-    assert np.array_equal(search_kernels.thin(points, 0.1), np.array(kept))
+    assert np.array_equal(points[search_kernels.spaced(points, 0.1)], np.array(kept))
 
 
 def test_normal_equations_are_the_gradient_of_the_cost():
