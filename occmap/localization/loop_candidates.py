@@ -39,6 +39,9 @@ class CandidateConfig(Positive):
     """Of the errors from submap to submap, that all have in common (a lidar that sits askew, a wheel that is
     too small): these do not average out over a long way, they add up."""
 
+    compass_rad: float = 0.01
+    """Standard deviation of a heading that the compass knows, wherever it is: walls run a little askew."""
+
 
 @dataclass(frozen=True)
 class Candidate:
@@ -58,7 +61,7 @@ def candidates(
     `after_gap` is the last submap up to it that nothing was tracked to: of those before it, even the
     latest tell something new.
     """
-    var_m2, var_rad2 = uncertainty_from(graph, younger, config.common_share)
+    var_m2, var_rad2 = uncertainty_from(graph, younger, config.common_share, config.compass_rad)
     sigma_m, sigma_rad = np.sqrt(var_m2), np.sqrt(var_rad2)
     away_m = np.hypot(*(centres_in_map - centres_in_map[younger]).T)
     chosen: list[int] = []
@@ -74,12 +77,15 @@ def candidates(
     return [Candidate(k, younger, float(sigma_m[k]), float(sigma_rad[k])) for k in chosen]
 
 
-def uncertainty_from(graph: PoseGraph, source: int, common_share: float = 0.0) -> tuple[Floats, Floats]:
+def uncertainty_from(
+    graph: PoseGraph, source: int, common_share: float = 0.0, compass_rad: float = np.inf
+) -> tuple[Floats, Floats]:
     """(n,) variances of every node's position (m^2) and yaw (rad^2) as seen from one node.
 
     Summed along the surest path of edges (Dijkstra projection; Bosse et al. 2004, section 5), where an
-    edge's turn displaces the source by its distance to the edge. Errors that all edges have in common
-    add up instead of averaging out: standard deviations are summed for that share of them.
+    edge's turn displaces the source by its distance to the edge; or, between nodes whose heading a compass
+    knows, by its own length. Errors that all edges have in common add up instead of averaging out: standard
+    deviations are summed for that share of them.
     """
     from scipy.sparse.csgraph import dijkstra
 
@@ -87,9 +93,12 @@ def uncertainty_from(graph: PoseGraph, source: int, common_share: float = 0.0) -
     if n < 2:
         return np.zeros(n), np.zeros(n)
     ends, var_m2, var_rad2 = _edge_variances(graph)
+    heading2 = _heading_variances(graph, compass_rad)
     xy = graph.poses[:, :2]
-    lever = 0.5 * (xy[ends[:, 0]] + xy[ends[:, 1]]) - xy[source]
-    cost = var_m2 + var_rad2 * (lever * lever).sum(axis=1)
+    lever, length = 0.5 * (xy[ends[:, 0]] + xy[ends[:, 1]]) - xy[source], xy[ends[:, 1]] - xy[ends[:, 0]]
+    sway = var_rad2 * (lever * lever).sum(axis=1)
+    known_sway = heading2[ends].max(axis=1) * (length * length).sum(axis=1)
+    cost = var_m2 + np.minimum(sway, known_sway)
     least = _least_per_pair(ends, cost, n)
     distance, before = dijkstra(
         _matrix(ends[least], cost[least], n), directed=False, indices=source, return_predecessors=True
@@ -104,14 +113,24 @@ def uncertainty_from(graph: PoseGraph, source: int, common_share: float = 0.0) -
     for node, earlier, step in zip(outward.tolist(), at.tolist(), steps, strict=True):
         sums[node] = sums[earlier] + step
     own = 1.0 - common_share
-    return own * distance + common_share * sums[:, 1] ** 2, own * sums[:, 0] + common_share * sums[:, 2] ** 2
+    by_turns = own * sums[:, 0] + common_share * sums[:, 2] ** 2
+    return own * distance + common_share * sums[:, 1] ** 2, np.minimum(by_turns, heading2 + heading2[source])
 
 
 def _edge_variances(graph: PoseGraph) -> tuple[NDArray[np.int64], Floats, Floats]:
-    """Ends (m, 2), position and yaw variance of every edge that has any weight left."""
-    alive = (graph.information[:, 2, 2] > 0.0) & (graph.weights() > LEAST_WEIGHT)
+    """Ends (m, 2), position and yaw variance of every edge that has any weight left and tells a position."""
+    tells = (graph.information[:, 0, 0] > 0.0) & (graph.information[:, 2, 2] > 0.0)
+    alive = tells & (graph.weights() > LEAST_WEIGHT)
     covariance: Floats = np.linalg.inv(graph.information[alive] + 1e-6 * np.eye(3)).astype(np.float64)
     return graph.ends[alive], covariance[:, 0, 0] + covariance[:, 1, 1], covariance[:, 2, 2]
+
+
+def _heading_variances(graph: PoseGraph, compass_rad: float) -> Floats:
+    """(n,) rad^2 of the nodes whose heading an edge tells that tells nothing else; inf of all others."""
+    tells = (graph.information[:, 0, 0] == 0.0) & (graph.information[:, 2, 2] > 0.0)
+    variances = np.full(len(graph.poses), np.inf)
+    variances[graph.ends[tells & (graph.weights() > LEAST_WEIGHT)].ravel()] = compass_rad**2
+    return variances
 
 
 def _least_per_pair(ends: NDArray[np.int64], cost: Floats, n: int) -> NDArray[np.int64]:

@@ -10,7 +10,7 @@ from occmap.geometry import Points, Pose2
 from occmap.localization.loop_candidates import Candidate
 from occmap.localization.matcher import Match, Matcher
 from occmap.localization.positive import Positive
-from occmap.localization.submap import Submap, share_seen_through
+from occmap.localization.submap import Submap, judged, share_seen_through
 from occmap.localization.surfel_map import Cloud
 from occmap.localization.window_search import Window, WindowSearch
 
@@ -93,7 +93,7 @@ class Comparison:
                 return False
         elif self._search.found:
             return True  # this place has a rival
-        self.match = self._closer_look(older, younger, matcher, self._best.best)
+        self.match = closer_look(c, older, younger, matcher, self._best.best)
         return True
 
     def _window(self) -> Window:
@@ -114,20 +114,35 @@ class Comparison:
         nearly = c.rival_share * best.score
         return replace(best.window, least_score=nearly, shun=best.best, shun_m=c.rival_m, any_will_do=True)
 
-    def _closer_look(self, older: Submap, younger: Submap, matcher: Matcher, found: Pose2) -> Match | None:
-        c = self._config
-        cloud = seen_nearby(younger, c.refine_spacing_m, c)
-        match = matcher.refine(cloud, older, found, found, 1e-3 * np.eye(3))
-        if match.fit < c.least_fit or self._seen_through(older, younger, match) > c.most_seen_through:
-            return None
-        return match
 
-    def _seen_through(self, older: Submap, younger: Submap, match: Match) -> float:
-        """The larger share of either submap's points that the other has looked straight through."""
-        c, older_from_younger = self._config, match.submap_from_robot
-        ours = older_from_younger.apply(self._points)
-        theirs = older_from_younger.inverse().apply(seen_nearby(older, c.query_spacing_m, c).points)
-        return max(share_seen_through(older, ours), share_seen_through(younger, theirs))
+def closer_look(
+    config: ComparisonConfig, older: Submap, younger: Submap, matcher: Matcher, found: Pose2
+) -> Match | None:
+    """The pose near one found, if there the younger lies on the older and neither looks through the other."""
+    cloud = seen_nearby(younger, config.refine_spacing_m, config)
+    match = matcher.refine(cloud, older, found, found, 1e-3 * np.eye(3))
+    if match.fit < config.least_fit:
+        return None
+    through = _seen_through(config, older, younger, match)
+    return match if through <= config.most_seen_through else None
+
+
+def _seen_through(config: ComparisonConfig, older: Submap, younger: Submap, match: Match) -> float:
+    """The larger share of either submap's points that the other has looked straight through.
+
+    What a submap has itself looked through, sooner or later, does not count: it was somebody walking.
+    """
+    older_from_younger, spacing_m = match.submap_from_robot, config.query_spacing_m
+    ours, theirs = (_lasting(each, seen_nearby(each, spacing_m, config).points) for each in (younger, older))
+    return max(
+        share_seen_through(older, older_from_younger.apply(ours)),
+        share_seen_through(younger, older_from_younger.inverse().apply(theirs)),
+    )
+
+
+def _lasting(submap: Submap, points: Points) -> Points:
+    """Those of a submap's points (n, 2) that none of its own views has looked through."""
+    return points[~judged(submap, points)[1]]
 
 
 def seen_nearby(submap: Submap, spacing_m: float, config: ComparisonConfig) -> Cloud:

@@ -1,4 +1,5 @@
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -6,8 +7,13 @@ import pytest
 from occmap.geometry import Pose2
 from occmap.localization import SlamLocalizer
 from occmap.localization.loop_candidates import uncertainty_from
+from occmap.localization.loop_comparison import ComparisonConfig, closer_look
+from occmap.localization.matcher import Matcher
 from occmap.localization.pose_graph import Loss, PoseGraph
-from tests.occmap.localization.drives import RING, RING_LAP, drive, errors_m, observe
+from occmap.localization.submap import Submap, SubmapConfig, View
+from occmap.localization.surfel_map import Cloud
+from tests.occmap.kinematic_world import room
+from tests.occmap.localization.drives import RING, RING_LAP, drive, errors_m, mapped, observe, scan_at
 
 TIGHT = np.diag([1e4, 1e4, 1e6])
 
@@ -46,6 +52,22 @@ def test_an_edge_that_is_not_believed_makes_nothing_certain():
     before = uncertainty_from(graph, 10)[0][0]
     graph.add_edge(0, 10, Pose2(3.0, 2.0, 1.0), TIGHT, Loss.DCS, 6.0)
     assert uncertainty_from(graph, 10)[0][0] == before
+
+
+def test_headings_that_a_compass_knows_do_not_lever_out():
+    """Every edge then sways by its own length times the compass's error; unless that is not believed."""
+    graph, compass = _chain(11, length_m=10.0), np.diag([0.0, 0.0, 1e8])
+    plain = uncertainty_from(graph, 10)[0][0]
+    for k in range(1, 11):
+        graph.add_edge(0, k, graph.pose(k), compass, Loss.DCS, 1.0)
+    position, yaw = uncertainty_from(graph, 10, compass_rad=3e-4)
+    assert position[0] == pytest.approx(10 * (2e-4 + 9e-8 * 10.0**2), rel=0.1)
+    assert position[0] < 0.7 * plain
+    assert yaw[0] == pytest.approx(2 * 9e-8)
+    askew = _chain(11, length_m=10.0)
+    for k in range(1, 11):
+        askew.add_edge(0, k, Pose2(0.0, 0.0, 0.1), compass, Loss.DCS, 1.0)
+    assert uncertainty_from(askew, 10, compass_rad=3e-4)[0][0] == plain
 
 
 def test_errors_in_common_add_up():
@@ -95,3 +117,36 @@ def test_rooms_that_look_alike_are_not_taken_for_one():
         apart = slam.graph.pose(loop.older).inverse() @ slam.graph.pose(loop.younger)
         error = loop.older_from_younger.inverse() @ apart
         assert math.hypot(error.x_m, error.y_m) < 0.2
+
+
+def test_people_who_walk_along_do_not_hide_a_place_seen_again():
+    """They leave trails in both submaps; each submap has itself looked through its own."""
+    rng = np.random.default_rng(5)
+
+    def submap_with_a_walker(way):
+        submap = Submap(SubmapConfig(), Pose2.identity(), np.eye(3), 12.0)
+        for k in range(24):
+            x, y = way(k // 2)
+            scan = scan_at(
+                room(8.0, 6.0, (6, 4, 8, 4.4), (x, y, x + 0.4, y + 0.4)), Pose2(2.0, 2.0, 0.0), rng
+            )
+            submap.views.append(View.of(scan, Pose2.identity()))
+            submap.insert(Cloud.of(scan, Pose2.identity(), 30.0), Pose2.identity())
+        submap.finish()
+        return submap
+
+    before = submap_with_a_walker(lambda k: (3.0 + 0.3 * k, 1.0 + 0.2 * k))
+    after = submap_with_a_walker(lambda k: (3.2, 0.3 + 0.4 * k))
+    match = closer_look(ComparisonConfig(), before, after, Matcher(), Pose2.identity())
+    assert match is not None
+    assert match.submap_from_robot.distance_to(Pose2.identity()) < 0.02
+
+
+def test_neighbours_vouch_for_a_right_loop_and_against_a_wrong_one():
+    poses = drive([*RING_LAP, *RING_LAP, RING_LAP[0]])
+    slam = mapped(observe(RING, poses, np.random.default_rng(0)))
+    loops = [loop for loop in slam.loops.believed if loop.younger - loop.older > 12]
+    assert sum(slam.loops.is_vouched_for(loop) for loop in loops) > 0.5 * len(loops) > 0
+    for loop in loops:
+        wrong = replace(loop, older_from_younger=loop.older_from_younger @ Pose2(0.6, 0.6, 0.3))
+        assert not slam.loops.is_vouched_for(wrong)
