@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,6 +12,10 @@ from occmap.grid import Belief, GridConfig, OccupancyGrid
 from occmap.localization.tracker import Tracked
 from occmap.mapper import Mapper
 from occmap.scan import Scan
+
+SWEEP_M_PER_M2 = 2.0
+"""Votes are collected in a window around the beams: to sweep a square metre costs as much as so long a beam.
+Outdoors, where few beams reach far, that is most of it."""
 
 
 @dataclass(frozen=True)
@@ -23,14 +27,15 @@ class MappedScan:
     tracked: Tracked
     reach_m: float
     """No vote of it lies farther from the lidar."""
-    beams_m: float
-    """The length of all its beams: what it costs to map it."""
+    effort_m: float
+    """What it costs to map it, in metres of beams."""
 
     @staticmethod
     def of(scan: Scan, robot_from_lidar: Pose2, tracked: Tracked) -> MappedScan:
         lengths_m = np.minimum(scan.ranges_m[~np.isnan(scan.ranges_m)], scan.max_range_m)
         reach_m, beams_m = float(lengths_m.max(initial=0.0)), float(lengths_m.sum())
-        return MappedScan(scan, robot_from_lidar, tracked, reach_m, beams_m)
+        mapped = MappedScan(scan, robot_from_lidar, tracked, reach_m, beams_m)
+        return replace(mapped, effort_m=beams_m + SWEEP_M_PER_M2 * mapped.box(Pose2.identity()).area_m2)
 
     def map_from_lidar(self, map_from_submap: list[Pose2]) -> Pose2:
         return self.tracked.in_map(map_from_submap) @ self.robot_from_lidar
@@ -70,6 +75,10 @@ class Box:
             max(b.high_x for b in boxes) + room_m,
             max(b.high_y for b in boxes) + room_m,
         )
+
+    @property
+    def area_m2(self) -> float:
+        return (self.high_x - self.low_x) * (self.high_y - self.low_y)
 
     def meets(self, other: Box) -> bool:
         return (
@@ -131,16 +140,16 @@ class MapRebuild:
             room = self._room
             self.grid.grow_to_contain((room.low_x, room.low_y), (room.high_x, room.high_y))
 
-    def step(self, scans: int, beams_m: float) -> bool:
-        """Spend so many scans more, of beams so long; fewer if the grid must grow. True once all are in."""
+    def step(self, scans: int, effort_m: float) -> bool:
+        """Spend so many scans more, up to an effort; fewer if the grid must grow. True once all are in."""
         last = min(self._next + scans, len(self.scans))
         shape = self.grid.shape
-        while self._next < last and beams_m > 0.0:
+        while self._next < last and effort_m > 0.0:
             mapped = self.scans[self._next]
             map_from_lidar = mapped.map_from_lidar(self.map_from_submap)
             if self.box.meets(Box.around(*map_from_lidar.position, mapped.reach_m)):
                 self._mapper.insert(mapped.scan, map_from_lidar, self.grid)
-                beams_m -= mapped.beams_m
+                effort_m -= mapped.effort_m
             self._next += 1
             if self.grid.shape != shape and shape != (0, 0):
                 break  # growing copies all of it: enough for one turn

@@ -37,8 +37,8 @@ class ToldMapConfig(Positive):
     """One that moves a place by more is not put off until it is affordable."""
     scans_per_turn: int = 120
     """So many scans are spent on the new grid in one update: about 10 ms, none may hold up the robot."""
-    beams_m_per_turn: float = 80_000.0
-    """Fewer if their beams are longer than this in all: outdoors they reach far."""
+    effort_m_per_turn: float = 160_000.0
+    """Fewer if the effort comes to more (see MappedScan): outdoors beams reach far."""
     surveyed_per_turn: int = 500
     """Before the first new grid so many scans a turn are looked through, for the room that it needs."""
     scans_on_average: int = 12
@@ -158,7 +158,7 @@ class ToldMap:
         if self._live is None and not rebuild.is_surveyed:
             rebuild.survey(c.surveyed_per_turn)
             return False
-        return rebuild.step(c.scans_per_turn, c.beams_m_per_turn)
+        return rebuild.step(c.scans_per_turn, c.effort_m_per_turn)
 
     def fresh(self, map_from_submap: list[Pose2]) -> OccupancyGrid:
         """A grid of all scans at once, at the given poses."""

@@ -1,0 +1,40 @@
+"""A grid is built anew in slices that cost about the same, wherever the robot was."""
+
+import math
+
+import numpy as np
+import pytest
+
+from occmap.geometry import Pose2
+from occmap.grid import GridConfig
+from occmap.localization.map_rebuild import Box, MappedScan, MapRebuild
+from occmap.localization.tracker import Tracked
+from occmap.mapper import Mapper
+from occmap.scan import Scan
+
+
+def mapped(range_m: float, beams: int = 90) -> MappedScan:
+    bearings = np.linspace(-math.pi, math.pi, beams, endpoint=False)
+    here = Tracked(0, Pose2.identity(), Pose2.identity(), 0.0)
+    return MappedScan.of(Scan(bearings, np.full(beams, range_m), 100.0), Pose2.identity(), here)
+
+
+def scans_a_turn(range_m: float, effort_m: float = 20_000.0) -> int:
+    scans = [mapped(range_m)] * 100
+    rebuild = MapRebuild(scans, [Pose2.identity()], Box.everywhere(), Mapper(), GridConfig(0.2))
+    rebuild.survey(len(scans))
+    turns = 1
+    while not rebuild.step(100, effort_m):
+        turns += 1
+    return round(100 / turns)
+
+
+def test_a_scan_costs_the_length_of_its_beams_and_the_window_around_them():
+    near, far = mapped(2.0), mapped(40.0)
+    assert near.effort_m == pytest.approx(90 * 2.0 + 2.0 * 4.0**2, rel=0.01)
+    assert far.effort_m == pytest.approx(90 * 40.0 + 2.0 * 80.0**2, rel=0.01)
+
+
+def test_fewer_scans_that_reach_far_are_mapped_in_a_turn_than_their_beams_alone_would_allow():
+    assert scans_a_turn(2.0) >= 30
+    assert scans_a_turn(40.0) == 2  # their beams alone: 6
