@@ -36,7 +36,7 @@ def close_loops(seen: Sequence[Observation]) -> None:
 
 
 def rare_moments(explorer: Explorer, here: Pose2) -> None:
-    """Ask what an exploring mind asks now and then only: about far leftovers, slits, ways to evade."""
+    """Ask what an exploring mind asks now and then only: of leftovers, slits, corrections, ways to evade."""
     grid, chooser = explorer.grid, explorer.search.chooser
     cell = grid.frame.cell_at(*here.position)
     wave = explorer.planner.flood(grid, explorer.map.clearance_m, cell)
@@ -49,6 +49,7 @@ def rare_moments(explorer: Explorer, here: Pose2) -> None:
     looks = FailedLooks()
     looks.note(goal, Reason.TOO_NARROW, "", grid)
     looks.at(mouth, grid)
+    explorer.ending.carry_over(Pose2.identity(), grid)
     around = explorer.follower.surroundings
     around.free_bearing(0.0, 1.0, 0.1)
     around.is_free(Twist2.zero(), Twist2(-0.1, 0.0), 0.1)

@@ -135,14 +135,15 @@ class ReachMemory:
 
     def carry_over(self, new_map_from_old_map: Pose2, grid: OccupancyGrid) -> None:
         """Follow a correction of the map onto another grid of the same resolution."""
+        from occmap.reach_kernels import carry  # compiled on first use, not on import
+
         r = grid.frame.resolution_m
         old_frame = GridFrame(r, (self._offset[0] * r, self._offset[1] * r))
-        iy, ix = np.nonzero(self._reached)
-        places = new_map_from_old_map.apply(old_frame.map_from_cell(np.column_stack((ix, iy))))
-        x, y = grid.frame.cell_from_map(places).T
-        inside = (x >= 0) & (y >= 0) & (x < grid.shape[1]) & (y < grid.shape[0])
-        self._reached = np.zeros(grid.shape, np.uint8)
-        self._reached[y[inside], x[inside]] = 1
+        first = new_map_from_old_map.apply(np.array([old_frame.centre_of(0, 0)]))
+        (x0, y0), yaw = grid.frame.in_cells(first)[0].tolist(), new_map_from_old_map.yaw_rad
+        carried = np.zeros(grid.shape, np.uint8)
+        carry(self._reached, carried, math.cos(yaw), math.sin(yaw), x0, y0)
+        self._reached = carried
         self._offset = grid.offset
 
     def _align(self, grid: OccupancyGrid) -> None:

@@ -30,7 +30,8 @@ def kernels():
     """Every kernel by name that something other than a kernel calls."""
     called = set()
     for file in Path(occmap.__path__[0]).rglob("*.py"):
-        called |= set(re.findall(r"kernels\.(\w+)\(", file.read_text()))
+        if not file.stem.endswith("kernels"):
+            called |= set(re.findall(r"kernels(?:\.| import )(\w+)", file.read_text()))
     for info in pkgutil.walk_packages(occmap.__path__, "occmap."):
         for name, value in vars(importlib.import_module(info.name)).items():
             if isinstance(value, Dispatcher) and name in called:

@@ -12,6 +12,7 @@ from occmap.frontiers import Frontier
 from occmap.geometry import Pose2
 from occmap.grid import Belief
 from occmap.memory import CUT_OFF_M2, FailedLooks, ReachMemory
+from occmap.reach_kernels import carry
 from tests.ascii_maps import ascii_grid, grid_of
 from tests.occmap.goal_scenes import Scene, goal_at
 
@@ -140,3 +141,17 @@ def test_reach_follows_a_correction_of_the_map():
     assert not scene.is_cut_off()
     scene.grid.state[10, :] = Belief.OCCUPIED
     assert scene.is_cut_off()
+
+
+@pytest.mark.parametrize("yaw_rad", [0.0, 0.02, -2.0])
+def test_what_was_in_reach_comes_to_lie_where_its_cells_are_moved_to(yaw_rad):
+    rng = np.random.default_rng(4)
+    reached = (rng.random((40, 60)) < 0.3).astype(np.uint8)
+    carried, expected = np.zeros((50, 50), np.uint8), np.zeros((50, 50), np.uint8)
+    iy, ix = np.nonzero(reached)
+    x, y = np.floor(Pose2(12.3, 7.6, yaw_rad).apply(np.column_stack((ix, iy)).astype(float))).astype(int).T
+    inside = (x >= 0) & (y >= 0) & (x < 50) & (y < 50)
+    expected[y[inside], x[inside]] = 1
+    carry(reached, carried, math.cos(yaw_rad), math.sin(yaw_rad), 12.3, 7.6)
+    assert expected.any()
+    np.testing.assert_array_equal(carried, expected)
