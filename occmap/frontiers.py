@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from occmap.grid import Belief, Cells, OccupancyGrid
+from occmap.lazy_arrays import lazy_zeros
 from occmap.mapper import GridChange
 
 
@@ -73,7 +74,7 @@ class FrontierMap:
 
     def clear(self, grid: OccupancyGrid) -> None:
         """Start afresh, as if the grid held no frontier."""
-        self.mask, self._grouped = np.zeros(grid.shape, np.uint8), np.zeros(grid.shape, np.uint8)
+        self.mask, self._grouped = lazy_zeros(grid.shape, np.uint8), lazy_zeros(grid.shape, np.uint8)
         self._stirred, self._groups, self._firsts = [], [], np.empty(0, np.int64)
 
     def take_rows(self, rows: slice, grid: OccupancyGrid) -> None:

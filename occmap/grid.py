@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from occmap.geometry import Points
+from occmap.lazy_arrays import copy_written, lazy_zeros
 
 Cells = NDArray[np.int64]
 """(n, 2) cell indices (ix, iy) = (column, row)."""
@@ -197,10 +198,9 @@ def moved(
     fill: np.generic,
 ) -> NDArray:
     """A copy of a layer in a larger array whose first cell is new_offset; new cells hold fill."""
-    # zeros cost nothing until they are written to
-    out = np.zeros(shape, array.dtype) if fill == 0 else np.full(shape, fill, dtype=array.dtype)
+    out = lazy_zeros(shape, array.dtype) if fill == 0 else np.full(shape, fill, dtype=array.dtype)
     ny, nx = array.shape
     if array.size:
         dx, dy = old_offset[0] - new_offset[0], old_offset[1] - new_offset[1]
-        out[dy : dy + ny, dx : dx + nx] = array
+        copy_written(array, out[dy : dy + ny, dx : dx + nx])
     return out

@@ -9,6 +9,7 @@ import numpy as np
 
 from occmap.geometry import Pose2, wrap_angle
 from occmap.grid import Belief, GridConfig, OccupancyGrid
+from occmap.lazy_arrays import copy_written, fill_written
 from occmap.localization.tracker import Tracked
 from occmap.mapper import Mapper
 from occmap.scan import Scan
@@ -169,9 +170,15 @@ class MapRebuild:
             (live.state, self.grid.state, Belief.UNKNOWN),
             (live.hits, self.grid.hits, 0),
         ):
-            layer[rows.start : y0, columns] = layer[y1 : rows.stop, columns] = nothing
-            layer[y0:y1, columns.start : x0] = layer[y0:y1, x1 : columns.stop] = nothing
-            layer[y0:y1, x0:x1] = built[y0 - dy : y1 - dy, x0 - dx : x1 - dx]
+            around = (
+                layer[rows.start : y0, columns],
+                layer[y1 : rows.stop, columns],
+                layer[y0:y1, columns.start : x0],
+                layer[y0:y1, x1 : columns.stop],
+            )
+            for part in around:
+                fill_written(part, nothing)
+            copy_written(built[y0 - dy : y1 - dy, x0 - dx : x1 - dx], layer[y0:y1, x0:x1])
 
     def _cells(self, grid: OccupancyGrid) -> tuple[slice, slice]:
         """The box as rows and columns of a grid's arrays."""
