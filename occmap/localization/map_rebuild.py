@@ -118,13 +118,9 @@ class MapRebuild:
         """Whether the room is known that the scans need, but for those added since."""
         self._room: Box | None = None
 
-    def make_room(self, live: OccupancyGrid) -> None:
-        """Grow at once to what of the box lies in a grid of nearly the same scans: it costs least now."""
-        r, (ny, nx), (ox, oy) = live.config.resolution_m, live.shape, live.offset
-        low = max(self.box.low_x, ox * r), max(self.box.low_y, oy * r)
-        high = min(self.box.high_x, (ox + nx - 0.5) * r), min(self.box.high_y, (oy + ny - 0.5) * r)
-        if low[0] < high[0] and low[1] < high[1]:
-            self.grid.grow_to_contain(low, high)
+    def make_room(self) -> None:
+        """Grow to all of the box at once, which costs nothing while it is empty."""
+        self.grid.grow_to_contain((self.box.low_x, self.box.low_y), (self.box.high_x, self.box.high_y))
 
     def survey(self, scans: int) -> None:
         """Look how much room so many scans more will need; once all are known, make it."""
@@ -158,9 +154,8 @@ class MapRebuild:
 
     def paste_on(self, live: OccupancyGrid) -> None:
         """Replace the box in a grid by what was built anew. In place: a copy of a campus takes too long."""
-        r, (ny, nx), (ox, oy) = live.config.resolution_m, self.grid.shape, self.grid.offset
-        if nx:
-            live.grow_to_contain((ox * r, oy * r), ((ox + nx - 0.5) * r, (oy + ny - 0.5) * r))
+        (ny, nx), (ox, oy) = self.grid.shape, self.grid.offset
+        self._grow_to_what_is_known(live)
         rows, columns = self._cells(live)
         dx, dy = ox - live.offset[0], oy - live.offset[1]
         y0, x0 = min(max(rows.start, dy), rows.stop), min(max(columns.start, dx), columns.stop)
@@ -179,6 +174,18 @@ class MapRebuild:
             for part in around:
                 fill_written(part, nothing)
             copy_written(built[y0 - dy : y1 - dy, x0 - dx : x1 - dx], layer[y0:y1, x0:x1])
+
+    def _grow_to_what_is_known(self, live: OccupancyGrid) -> None:
+        """Make room in a grid for all that was built."""
+        r, (ny, nx), (ox, oy) = live.config.resolution_m, self.grid.shape, self.grid.offset
+        x, y = ox - live.offset[0], oy - live.offset[1]
+        if x >= 0 and y >= 0 and x + nx <= live.shape[1] and y + ny <= live.shape[0]:
+            return
+        is_known = self.grid.state != Belief.UNKNOWN
+        rows, columns = np.flatnonzero(is_known.any(axis=1)), np.flatnonzero(is_known.any(axis=0))
+        if len(rows):
+            low = (ox + columns[0]) * r, (oy + rows[0]) * r
+            live.grow_to_contain(low, ((ox + columns[-1] + 0.5) * r, (oy + rows[-1] + 0.5) * r))
 
     def _cells(self, grid: OccupancyGrid) -> tuple[slice, slice]:
         """The box as rows and columns of a grid's arrays."""

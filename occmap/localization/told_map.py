@@ -172,7 +172,7 @@ class ToldMap:
         box = Box.everywhere() if self._live is None else Box.over([self._affected()], self.config.room_m)
         self._rebuild = MapRebuild(self.scans, self._corrected, box, self.mapper, self.grid_config)
         if self._live is not None:
-            self._rebuild.make_room(self._live)
+            self._rebuild.make_room()
 
     def _moved(self, to: list[Pose2], by_m: float) -> list[bool]:
         return [

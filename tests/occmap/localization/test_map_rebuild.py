@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from occmap.geometry import Pose2
-from occmap.grid import GridConfig
+from occmap.grid import GridConfig, OccupancyGrid
 from occmap.localization.map_rebuild import Box, MappedScan, MapRebuild
 from occmap.localization.tracker import Tracked
 from occmap.mapper import Mapper
@@ -38,3 +38,26 @@ def test_a_scan_costs_the_length_of_its_beams_and_the_window_around_them():
 def test_fewer_scans_that_reach_far_are_mapped_in_a_turn_than_their_beams_alone_would_allow():
     assert scans_a_turn(2.0) >= 30
     assert scans_a_turn(40.0) == 2  # their beams alone: 6
+
+
+@pytest.mark.parametrize("start_x_m", [0.0, 30.0])
+def test_a_box_built_anew_replaces_the_same_box_in_a_grid_that_grows_only_to_what_is_known(start_x_m: float):
+    """It is built in room made beforehand, so that nothing has to move while it grows."""
+    scans, poses = [mapped(3.0)], [Pose2(0.0, 0.0, 0.0)]
+    rebuild = MapRebuild(scans, poses, Box(-50.0, -40.0, 60.0, 40.0), Mapper(), GridConfig(0.1))
+    rebuild.make_room()
+    arrays = rebuild.grid.log_odds, rebuild.grid.state
+    while not rebuild.step(1, math.inf):
+        pass
+    assert rebuild.grid.log_odds is arrays[0]
+    assert rebuild.grid.state is arrays[1]
+    live = OccupancyGrid(GridConfig(0.1))
+    Mapper().insert(scans[0].scan, Pose2(start_x_m, 0.0, 0.0), live)
+    rebuild.paste_on(live)
+    ny, nx = live.shape
+    assert nx * 0.1 < (start_x_m + 20.0) * 1.6
+    assert ny * 0.1 < 20.0
+    dx, dy = (a - b for a, b in zip(rebuild.grid.offset, live.offset, strict=True))
+    iy, ix = np.nonzero(rebuild.grid.state)
+    assert np.array_equal(np.argwhere(live.state), np.column_stack((iy + dy, ix + dx)))
+    assert (live.log_odds[iy + dy, ix + dx] == rebuild.grid.log_odds[iy, ix]).all()
