@@ -52,8 +52,8 @@ class MatcherConfig(Positive):
     surprising: float = 2.0
     """Chi2 against the prediction beyond which what the search found must be better than that."""
     surprise_sigmas: float = 0.5
-    """The share of points on the map must then be larger by so many of its standard deviations: all poses
-    along a corridor fit, and the wheels know better."""
+    """The share of points on the map must then be larger by so many of its standard deviations, and by more
+    the farther off, up to second_gain_sigmas: all poses along a corridor fit, and the wheels know better."""
     rival_m: float = 0.5
     """After a gap, no place so far from the one found may look as much like it."""
     rival_share: float = 0.85
@@ -119,15 +119,26 @@ class Matcher:
         if expected.fit >= self.config.sure_fit and off < 1.0:
             return expected  # just where it was expected: nothing to search for
         start = self._track(cloud.points, submap, guess, prediction)
+        surprise = prediction.surprise(guess, start)
+        if surprise > self.config.surprising:  # perhaps the wheels erred in their turn alone
+            turned = Pose2(guess.x_m, guess.y_m, start.yaw_rad)
+            expected = max(
+                expected, self.refine(cloud, submap, turned, guess, prior), key=lambda match: match.fit
+            )
         # a search that went elsewhere has caught the wheels lying: Cauchy-like, let go of them
-        prior = prior / (1.0 + prediction.surprise(guess, start) / 9.0) ** 2
+        prior = prior / (1.0 + surprise / 9.0) ** 2
         match = self._unstrayed(cloud, submap, start, guess, prior)
-        is_surprising = prediction.surprise(guess, start) > self.config.surprising
-        if is_surprising and match.fit < expected.fit + self.config.surprise_sigmas * by_chance(cloud):
+        if surprise > self.config.surprising and match.fit < expected.fit + self._gain(surprise, cloud):
             match = expected
         if match.fit < max(self.config.doubtful_fit, self.config.doubtful_share * usual_fit):
             match = self._second_look(cloud, submap, guess, prior, match)
         return match
+
+    def _gain(self, surprise: float, cloud: Cloud) -> float:
+        """By how much better a cloud must fit so far off the prediction to be believed to be there."""
+        c = self.config
+        sigmas = c.surprise_sigmas * math.sqrt(surprise / c.surprising)
+        return min(sigmas, c.second_gain_sigmas) * by_chance(cloud)
 
     def _unstrayed(
         self, cloud: Cloud, submap: Submap, start: Pose2, guess: Pose2, prior: NDArray[np.float64]
