@@ -12,7 +12,7 @@ import numpy as np
 
 from occmap.decision import Reason
 from occmap.explorer import Explorer
-from occmap.frontiers import Frontier
+from occmap.frontiers import Frontier, edge_cells
 from occmap.geometry import Pose2, Twist2
 from occmap.goals import Goal
 from occmap.localization import SlamConfig, SlamLocalizer
@@ -22,6 +22,9 @@ from occmap.localization.matcher import MatcherConfig
 from occmap.localization.tracker import TrackerConfig
 from occmap.memory import FailedLooks
 from occmap.scan import Observation
+
+MANY = 8
+"""Places that are tried, and cells of each: one of them will do."""
 
 
 def close_loops(seen: Sequence[Observation]) -> None:
@@ -40,7 +43,9 @@ def rare_moments(explorer: Explorer, here: Pose2) -> None:
     grid, chooser = explorer.grid, explorer.search.chooser
     cell = grid.frame.cell_at(*here.position)
     wave = explorer.planner.flood(grid, explorer.map.clearance_m, cell)
-    mouth = Frontier(np.array([cell] * 8), here.position, 8)
+    for edge in edges_of(explorer)[:MANY]:
+        chooser.goal_for(edge, grid, wave, 2.5, 1.0)
+    mouth = Frontier(np.array([cell] * MANY), here.position, MANY)
     watched = np.array([here.position])
     goal = Goal(replace(mouth, size=1), here.position, math.inf, math.nan, 0.0, watched)
     chooser.is_worth_the_way(goal, grid)
@@ -53,6 +58,15 @@ def rare_moments(explorer: Explorer, here: Pose2) -> None:
     around = explorer.follower.surroundings
     around.free_bearing(0.0, 1.0, 0.1)
     around.is_free(Twist2.zero(), Twist2(-0.1, 0.0), 0.1)
+
+
+def edges_of(explorer: Explorer) -> list[Frontier]:
+    """Whatever borders on the unknown, frontier or not, some cells at a time."""
+    grid = explorer.grid
+    iy, ix = np.divmod(edge_cells(grid.state, slice(0, grid.shape[0])).astype(np.int64), grid.shape[1])
+    cells = np.column_stack((ix, iy))
+    parts = [cells[k : k + MANY].copy() for k in range(0, len(cells), MANY)]
+    return [Frontier(part, grid.frame.centre_of(*part[0].tolist()), len(part)) for part in parts]
 
 
 @contextmanager
