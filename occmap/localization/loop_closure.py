@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from occmap.geometry import Points, Pose2
 from occmap.localization.loop_candidates import Candidate, CandidateConfig, candidates
-from occmap.localization.loop_comparison import Comparison, ComparisonConfig, centre_of_sight, closer_look
+from occmap.localization.loop_comparison import Comparison, ComparisonConfig, centre_of_sight
 from occmap.localization.matcher import Match, Matcher, axes
 from occmap.localization.pose_graph import Loss, PoseGraph
 from occmap.localization.positive import Positive
@@ -35,14 +35,6 @@ class LoopClosureConfig(Positive):
     """So does one that is so many standard deviations off its prediction."""
     witness_within: int = 40
     """A witness is a loop between submaps at most so many earlier or later, at both ends."""
-    vouch_within: int = 6
-    """Without a witness, submaps so many earlier and later may vouch for a loop: they fit where it says."""
-    vouch_apart_m: float = 4.0
-    """Those whose sights are then no farther apart than this are looked at,"""
-    vouch_m: float = 0.2
-    """and fit to this."""
-    vouchers: int = 2
-    """So many must vouch, and more than do not."""
     floor_m: float = 0.01
     """Standard deviation of a loop, however many points agree."""
     floor_rad: float = 0.003
@@ -101,12 +93,6 @@ class LoopCloser:
             if k not in near and submap.cloud is not None:
                 self._queue(k)
                 near.update(range(k, k + apart))
-
-    def reconsider(self) -> None:
-        """Hear those again that waited for a witness in vain: what was seen afterwards may vouch for them."""
-        vouched = [loop for loop in self.unwitnessed if self.is_vouched_for(loop)]
-        self.unwitnessed = [loop for loop in self.unwitnessed if loop not in vouched]
-        self._believe(vouched)
 
     def _queue(self, submap: int) -> None:
         for k in range(submap + 1):
@@ -173,45 +159,13 @@ class LoopCloser:
         return 0.5 * (bounded + bounded.T)
 
     def _with_witnesses(self, loop: Loop) -> list[Loop]:
-        """The loop and those that tell the same story; if none does and nobody vouches, the loop waits."""
+        """The loop and those that tell the same story; if none does, the loop waits."""
         witnesses = [other for other in self.unwitnessed if self._agree(loop, other)]
-        if not witnesses and not self.is_vouched_for(loop):
+        if not witnesses:
             self.unwitnessed.append(loop)
             return []
         self.unwitnessed = [other for other in self.unwitnessed if other not in witnesses]
         return [loop, *witnesses]
-
-    def is_vouched_for(self, loop: Loop) -> bool:
-        """Whether submaps before and after show the same where the loop puts them, too."""
-        c = self.config
-        others = range(loop.younger - c.vouch_within, loop.younger + c.vouch_within + 1, 2)
-        others = [k for k in others if k != loop.younger and self._is_tracked_between(loop.younger, k)]
-        verdicts = [self._fits(loop, k) for k in others]
-        vouching, denying = verdicts.count(True), verdicts.count(False)
-        return vouching >= c.vouchers and vouching > denying
-
-    def _fits(self, loop: Loop, younger: int) -> bool | None:
-        """Whether a neighbour of its younger end fits where a loop puts it; None if nothing is there."""
-        c = self.config
-        there = loop.older_from_younger @ self._from(loop.younger, younger)
-        sight = there.apply(self._sights[younger][None])
-        older, nearest_m = loop.older, c.vouch_apart_m
-        last = min(loop.older + c.vouch_within, younger - c.candidates.gap)
-        for k in range(max(loop.older - c.vouch_within, 0), last + 1):
-            if self._is_tracked_between(loop.older, k):
-                off = self._from(loop.older, k).apply(self._sights[k][None]) - sight
-                older, nearest_m = min((older, nearest_m), (k, float(np.hypot(*off[0]))), key=lambda p: p[1])
-        if nearest_m == c.vouch_apart_m:
-            return None
-        there = self._from(older, loop.older) @ there
-        self._make_ready(older)
-        match = closer_look(c.comparison, self._submaps[older], self._submaps[younger], self._matcher, there)
-        return match is not None and match.submap_from_robot.distance_to(there) < c.vouch_m
-
-    def _is_tracked_between(self, ended: int, other: int) -> bool:
-        """Whether another submap was finished too, and tracked on the way to or from one that was."""
-        between = range(min(ended, other) + 1, max(ended, other) + 1)
-        return other in self._sights and not any(self._submaps[k].is_after_gap for k in between)
 
     def _from(self, a: int, b: int) -> Pose2:
         """a_from_b of two submaps, as the graph has it."""

@@ -84,7 +84,6 @@ class SlamLocalizer:
         for submap in self.tracker.finish():
             self.loops.propose(submap)
         self._think_to_the_end()
-        self.loops.reconsider()
         self.loops.propose_lonely()
         self._think_to_the_end()
 
