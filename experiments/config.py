@@ -15,7 +15,7 @@ import tyro
 
 from experiments.streams import Streams
 from occmap.explorer_config import ExplorerConfig, PaceConfig
-from occmap.goals import GoalConfig
+from occmap.goal_config import GoalConfig
 from occmap.grid import GridConfig
 from occmap.localization import SlamConfig
 from sim.faults import FaultsConfig

@@ -15,7 +15,7 @@ from occmap.grid import Belief, OccupancyGrid
 
 if TYPE_CHECKING:
     from occmap.frontiers import Frontier
-    from occmap.goals import GoalConfig
+    from occmap.goal_config import GoalConfig
     from occmap.memory import FailedLooks
     from occmap.planner import Wavefront
 
@@ -32,6 +32,7 @@ def certify(
     body_radius_m: float,
     unvisited: Sequence[Frontier] = (),
     beyond: Sequence[Frontier] = (),
+    slits: Sequence[Frontier] = (),
     *,
     is_early: bool = True,
 ) -> tuple[UnknownLeft, ...]:
@@ -40,6 +41,7 @@ def certify(
     unvisited: those of the frontiers that could still be looked into: the run ends early, or they are not
     worth the way.
     beyond: others, on the far side of the boundary.
+    slits: mouths of nooks along walls, which are no frontiers as such, not worth the way.
 
     Where the body cannot come up to a frontier, a gap too narrow for it is what is wrong, however often
     the robot has looked in from a distance.
@@ -74,8 +76,14 @@ def certify(
     def left(frontier: Frontier, reason: Reason, why: str) -> UnknownLeft:
         return UnknownLeft(frontier.centroid_in_map, frontier.size * grid.frame.resolution_m, reason, why)
 
+    def reason_for_slit(mouth: Frontier) -> tuple[Reason, str]:
+        size_m = mouth.size * grid.frame.resolution_m
+        why = f"a slit {size_m:.2f} m wide, not worth the way"
+        return (Reason.TOO_NARROW if size_m < 2.0 * body_radius_m else Reason.SPECK), why
+
+    narrow = (left(mouth, *reason_for_slit(mouth)) for mouth in slits)
     outside = (left(frontier, Reason.OUTSIDE, "beyond the boundary") for frontier in beyond)
-    return (*(left(frontier, *reason_for(frontier)) for frontier in frontiers), *outside)
+    return (*(left(frontier, *reason_for(frontier)) for frontier in frontiers), *narrow, *outside)
 
 
 def _distance_m(frontier: Frontier, grid: OccupancyGrid, reached: NDArray[np.bool_]) -> float:

@@ -60,6 +60,19 @@ class CoarseMap:
         iy, ix = np.divmod(blocks, self.terrain.shape[1])
         return np.column_stack((ix, iy)) * self.terrain.frame.resolution_m
 
+    def cell_in(self, block: int) -> tuple[int, int]:
+        """The cell (ix, iy) of the map in a block that the body has most room in."""
+        by, bx = divmod(block, self.terrain.shape[1])
+        fine = self.fine
+        return fine.cell(self._kernels.roomiest_cell(fine.state, fine.clearance_m, self.side, bx, by))
+
+    def costs_from_m(self, start: int) -> NDArray[np.float64]:
+        """(ny, nx) metres from one block to all, dearer near walls; inf if no way leads there."""
+        flood = SearchRequest.flood(self.terrain, None, None, math.inf)
+        exact_below = self._memory.search(self.terrain, start, self.terrain.prices, flood)
+        cost = self._memory.cost.reshape(self.terrain.shape)
+        return np.where(cost < exact_below, cost * self.terrain.metres_per_cost, np.inf)
+
     def costs_m(self, start: int, blocks: Blocks) -> NDArray[np.float64]:
         """(n,) metres from one block to others, dearer near walls; inf if no way leads there."""
         if self._request is None or self._request[0] is not blocks:

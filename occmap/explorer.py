@@ -256,14 +256,17 @@ class Explorer:
 
     def _certified(self, wave: Wavefront) -> tuple[UnknownLeft, ...]:
         frontiers, c = self.map.find_frontiers(), self.config
+        is_early = self.status in (Status.EXPLORING, Status.STUCK)
         unvisited: list[Frontier] = []
+        slits: list[Frontier] = []
         if self._last is not None:
             max_range_m = self._last[0].scan.max_range_m
             unvisited = self.search.unvisited(frontiers, self.grid, wave, max_range_m)
-        is_early = self.status in (Status.EXPLORING, Status.STUCK)
+            if not is_early:
+                slits = self.search.slits_left(self.grid, wave, max_range_m)
         return certify(
             frontiers, self.grid, wave, self.looks, c.goals, self.body.radius_m, unvisited,
-            self.map.frontiers_beyond, is_early=is_early,
+            self.map.frontiers_beyond, slits, is_early=is_early,
         )  # fmt: skip
 
     def _pursue(self, pursuit: Pursuit, seen: Observation, here: Pose2) -> tuple[str, Twist2]:

@@ -9,7 +9,7 @@ from occmap.clearance import ClearanceConfig
 from occmap.ending import EndingConfig
 from occmap.follower import FollowerConfig
 from occmap.frontiers import FrontierConfig
-from occmap.goals import GoalConfig
+from occmap.goal_config import GoalConfig
 from occmap.grid import GridConfig
 from occmap.planner import PlannerConfig
 from occmap.pursuit import PursuitConfig

@@ -9,13 +9,14 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from occmap.boundary import Boundary
-from occmap.frontiers import Frontier, FrontierConfig, FrontierMap, near_to
+from occmap.frontiers import Frontier, near_to
 from occmap.goals import SAME_GOAL_M, Goal, GoalChooser, best_of
 from occmap.hopeless import Hopeless
 from occmap.leftovers import Leftovers
 from occmap.memory import FailedLooks
+from occmap.nooks import Nooks
 from occmap.strategies import is_by_cost_alone
-from occmap.tour import Tour
+from occmap.tour import Stop, Tour
 
 if TYPE_CHECKING:
     from occmap.grid import OccupancyGrid
@@ -56,7 +57,7 @@ class GoalSearch:
     def __init__(self, chooser: GoalChooser, looks: FailedLooks, boundary: Boundary | None = None) -> None:
         self.chooser = chooser
         self.looks = looks
-        self._boundary = boundary
+        self._nooks = Nooks(chooser, looks, boundary)
         self._leftovers: Leftovers | None = None
         self._hopeless = Hopeless()
         self._tour = Tour(chooser.config.tour) if chooser.config.strategy == "tour" else None
@@ -84,8 +85,8 @@ class GoalSearch:
         if not goals:
             goals = self._from_afar(list(self._worth_a_look(frontiers, grid)), grid, wave, max_range_m)
         if not goals:
-            edges = self._edges(grid)
-            goals = self._into_nooks(edges, grid, wave, max_range_m)
+            edges = self._nooks.edges(grid)
+            goals = self._worthy(self._nooks.goals(edges, grid, wave, max_range_m), grid)
             if wave.n_reached > LARGE_CELLS:
                 self._leftovers = Leftovers({id(each): each for each in frontiers}, edges, grid.state)
         return Search(self._prefer(goals, pursued), tuple(goals), wave)
@@ -116,7 +117,7 @@ class GoalSearch:
             goals = self._from_near(self._worth_a_look(near, grid), grid, wave)
             if not goals:
                 mouths = near_to(wave.start_in_map, left.edges, bound_m + max_range_m)
-                goals = self._into_nooks(mouths, grid, wave, max_range_m)
+                goals = self._worthy(self._nooks.goals(mouths, grid, wave, max_range_m), grid)
             if pursued is not None and self._stays_best(bound_m, goals, wave, way_left_m):
                 return Search(pursued, (pursued,), wave)
             if goals and not self._may_widening_help(bound_m, goals, pursued):
@@ -134,6 +135,11 @@ class GoalSearch:
             if self._first_look(frontier, self.chooser.looks[failed:], grid, wave) is not None
             or any(self._looks_from_afar([(frontier, failed)], grid, wave, max_range_m))
         ]
+
+    def slits_left(self, grid: OccupancyGrid, wave: Wavefront, max_range_m: float) -> list[Frontier]:
+        """The mouths of nooks that nobody has looked into, for none is worth the way."""
+        nooks = self._nooks.goals(self._nooks.edges(grid), grid, wave, max_range_m)
+        return [goal.frontier for goal in nooks]
 
     def _prefer(self, goals: Sequence[Goal], pursued: Goal | None) -> Goal | None:
         """The best goal, but for hysteresis."""
@@ -158,11 +164,12 @@ class GoalSearch:
         hopeless = self._hopeless.among(frontiers, grid)
         candidates = [each for each in self._worth_a_look(frontiers, grid) if id(each[0]) not in hopeless]
         heading = _nearest_to(pursued, candidates)
-        for stop in tour.stops([each for each, _ in candidates], wave.terrain, wave.start_cell, heading):
+        sights = [self.chooser.sight_of(each, grid, failed) for each, failed in candidates]
+        for stop in tour.stops(sights, wave.terrain, wave.start_cell, heading):
             members = [candidates[k] for k in stop.members]
             for detour in DETOURS:
                 wave = flood(max(BOUNDS_M[0], detour * stop.cost_m + NEAR_M))
-                goals = self._from_near(members, grid, wave)
+                goals = self._from_lookout(stop, members, grid, wave) or self._from_near(members, grid, wave)
                 if goals:
                     return goals, wave
                 if any(self._first_look(each, self.chooser.looks[n:], grid, wave) for each, n in members):
@@ -217,6 +224,15 @@ class GoalSearch:
             failed = len(self.looks.at(frontier, grid))
             if failed < len(config.look_from_m):
                 yield frontier, failed
+
+    def _from_lookout(
+        self, stop: Stop, members: Sequence[tuple[Frontier, int]], grid: OccupancyGrid, wave: Wavefront
+    ) -> list[Goal]:
+        """The look at all that a stop's lookout shows, if there is a way to it that is worth it."""
+        if stop.lookout is None:
+            return []
+        together = [frontier for frontier, _ in members[: stop.in_sight]]
+        return self._worthy([self.chooser.goal_at(stop.lookout, together, grid, wave)], grid)
 
     def _from_near(
         self, frontiers: Iterable[tuple[Frontier, int]], grid: OccupancyGrid, wave: Wavefront
@@ -282,24 +298,6 @@ class GoalSearch:
                 and (from_m <= near_m or frontier.size * grid.frame.resolution_m >= config.min_far_frontier_m)
             )
             yield [goal for goal in found if goal is not None]
-
-    def _edges(self, grid: OccupancyGrid) -> list[Frontier]:
-        """Every edge of the unknown long enough for a nook; the frontier map leaves walls' rims out."""
-        every_edge = FrontierMap(FrontierConfig(ignore_rim=False))
-        every_edge.rebuild(grid)
-        edges = every_edge.clusters(grid, self.chooser.config.least_nook_m(grid.frame.resolution_m))
-        return edges if self._boundary is None else self._boundary.split(edges, grid)[0]
-
-    def _into_nooks(
-        self, edges: Iterable[Frontier], grid: OccupancyGrid, wave: Wavefront, max_range_m: float
-    ) -> list[Goal]:
-        """Slits and corners between obstacles: rims that hide something."""
-        found = (
-            self.chooser.goal_into_nook(edge, grid, wave, 0.5 * max_range_m)
-            for edge in edges
-            if not self.looks.at(edge, grid)
-        )
-        return self._worthy(found, grid)
 
     def _worthy(self, goals: Iterable[Goal | None], grid: OccupancyGrid) -> list[Goal]:
         """Those there are and that are worth the way."""

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Literal, get_args
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from occmap.frontiers import Frontier
 from occmap.geometry import Points, Pose2
+from occmap.goal_config import GoalConfig
 from occmap.grid import OccupancyGrid
-from occmap.strategies import Strategy, is_by_cost_alone, worth
-from occmap.tour import TourConfig
+from occmap.lookouts import SEEN_SHARE, Sight
+from occmap.strategies import is_by_cost_alone, worth
 
 if TYPE_CHECKING:
     from occmap.planner import Wavefront
@@ -27,86 +28,13 @@ GONE_SHARE = 0.25
 
 TARGETS = 6
 """A frontier is sampled at so many places to tell what is seen of it."""
-SEEN_SHARE = 0.5
-"""A look at less of a frontier only moves its end on a little."""
 NOOK_DEPTH_M = 0.35
 """A nook is at least this deep."""
+INTO_NOOK_M = (1.0, 0.5)
+"""It is looked into this deep, or at least this, for its bottom is what is not known."""
 
-NEVER_NEGATIVE = (
-    *("gain_range_m", "min_frontier_m", "min_far_frontier_m", "min_nook_m"),
-    *("worth_way_m", "worth_gain_m2", "hysteresis_m"),
-)
 LONG_M = 0.5
 """A frontier as long as this promises enough for any way."""
-
-SPECK_M = 0.35
-"""What is longer is no speck, however coarse the cells; the robot is as wide."""
-
-
-COARSE_M = 0.075
-"""From here on two cells of a wall's rim in a row say nothing."""
-
-
-@dataclass(frozen=True)
-class GoalConfig:
-    """How the explorer values what it could look at."""
-
-    strategy: Strategy = "tour"
-    """nearest: the frontier with the shortest way to it. utility: lambda * gain - cost. gain_per_cost and
-    gain_decay: gain / cost and gain * exp(-cost / 10 m). tour: the first on the best way through all."""
-    lambda_m_per_m2: float = 1.0
-    """Metres the robot would drive to see one more square metre (strategy utility)."""
-    gain: Literal["raycast", "size"] = "raycast"
-    """raycast: unknown area that a look from the viewpoint is expected to reveal. size: cheaper,
-    the frontier's length times a depth of 1 m."""
-    gain_range_m: float = 4.0
-    """How far an expected look reaches: nobody knows where the walls behind a frontier are."""
-    look_from_m: tuple[float, ...] = (2.5, 1.2, 0.5)
-    """A viewpoint lies at most this far from its frontier; each look that fails goes nearer."""
-    look_into_m: tuple[float, ...] = (1.0, 0.5, 0.25)
-    """Those looks are aimed this deep into the unknown: what grazes a frontier only moves it on a little."""
-    min_frontier_m: float = 0.2
-    """A shorter frontier is a speck: no gap that the body fits through is this narrow."""
-    min_far_frontier_m: float = 0.5
-    """One that can only be seen from farther away than any usual look must be this long."""
-    min_nook_m: float = 0.1
-    """When nothing else is left, edges of the unknown along walls get one look if they are this long."""
-    worth_way_m: float = 10.0
-    """A way longer than this must promise something:"""
-    worth_gain_m2: float = 0.1
-    """so much unknown area, somewhat more than the robot stands on. What hides less is seen in passing."""
-    hysteresis_m: float = 1.0
-    """Another goal must be better by this much before a good one is abandoned for it."""
-    tour: TourConfig = field(default_factory=TourConfig)
-
-    def __post_init__(self) -> None:
-        if self.strategy not in get_args(Strategy):
-            raise ValueError(
-                f"unknown strategy {self.strategy!r}: choose from {', '.join(get_args(Strategy))}"
-            )
-        if self.gain not in ("raycast", "size"):
-            raise ValueError(f"gain must be raycast or size, got {self.gain!r}")
-        if not (math.isfinite(self.lambda_m_per_m2) and self.lambda_m_per_m2 >= 0.0):
-            raise ValueError(f"lambda must not be negative, got {self.lambda_m_per_m2}")
-        for name in NEVER_NEGATIVE:
-            if not (math.isfinite(getattr(self, name)) and getattr(self, name) >= 0.0):
-                raise ValueError(f"{name} must not be negative, got {getattr(self, name)}")
-        looks_m = (*self.look_from_m, *self.look_into_m)
-        if not looks_m or not all(math.isfinite(value) and value > 0.0 for value in looks_m):
-            raise ValueError(f"looks need positive distances, got {self.look_from_m} and {self.look_into_m}")
-        if len(self.look_from_m) != len(self.look_into_m):
-            raise ValueError(
-                f"look_from_m and look_into_m must pair up, got {self.look_from_m} and {self.look_into_m}"
-            )
-
-    def least_frontier_m(self, resolution_m: float) -> float:
-        """What is shorter is a speck; so are up to three coarse cells, such as the corners of walls make."""
-        return max(self.min_frontier_m, min(4.0 * resolution_m, SPECK_M))
-
-    def least_nook_m(self, resolution_m: float) -> float:
-        """The same for edges along walls."""
-        cells = 2.0 if resolution_m < COARSE_M else 3.0  # walls askew cut the corners of coarse cells
-        return max(self.min_nook_m, min(cells * resolution_m, SPECK_M))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -122,6 +50,8 @@ class Goal:
     utility: float
     watched_in_map: Points
     """(k, 2) places on the frontier; when none is frontier any more, the goal is gone."""
+    also_watched_in_map: tuple[Points, ...] = ()
+    """The same for other frontiers that the same look is to show."""
     is_nook: bool = False
     """Its frontier runs along walls: what the frontier map leaves out as a rim."""
 
@@ -139,6 +69,7 @@ class Goal:
             viewpoint_in_map=viewpoint,
             frontier=replace(self.frontier, viewpoint=viewpoint, centroid_in_map=centroid),
             watched_in_map=new_map_from_old_map.apply(self.watched_in_map),
+            also_watched_in_map=tuple(map(new_map_from_old_map.apply, self.also_watched_in_map)),
         )
 
     def __str__(self) -> str:
@@ -178,9 +109,29 @@ class GoalChooser:
         pillar's shadow is in plain sight from where the shadow was cast, and looking at it from
         there again shows nothing new.
         """
-        deepest = max(1, round(into_m / grid.frame.resolution_m))
-        targets = self._kernels.unknown_beyond(grid.state, frontier.cells, TARGETS, deepest)
+        targets = self._targets(frontier, grid, into_m)
         return self._goal_seeing(targets, frontier, grid, wave, from_m + into_m, stride, within_m, share)
+
+    def _targets(self, frontier: Frontier, grid: OccupancyGrid, into_m: float) -> NDArray[np.int64]:
+        deepest = max(1, round(into_m / grid.frame.resolution_m))
+        return self._kernels.unknown_beyond(grid.state, frontier.cells, TARGETS, deepest)
+
+    def sight_of(self, frontier: Frontier, grid: OccupancyGrid, failed: int) -> Sight:
+        """What a look at a frontier is to see, after so many that failed."""
+        from_m, into_m = self.looks[failed]
+        reach_cells = max(1, int((from_m + into_m) / grid.frame.resolution_m))
+        return Sight(frontier, self._targets(frontier, grid, into_m), reach_cells)
+
+    def goal_at(
+        self, viewpoint: tuple[int, int], frontiers: Sequence[Frontier], grid: OccupancyGrid, wave: Wavefront
+    ) -> Goal | None:
+        """A look at several frontiers at once from a cell (ix, iy); None if the flood does not get there."""
+        cost_m = float(wave.cost_at(np.array([viewpoint]))[0])
+        if math.isinf(cost_m):
+            return None
+        first, *others = frontiers
+        goal = self._goal(first, grid, viewpoint, cost_m)
+        return replace(goal, also_watched_in_map=tuple(_watched(each, grid) for each in others))
 
     def _goal_seeing(
         self,
@@ -202,17 +153,18 @@ class GoalChooser:
         ix, iy = self._kernels.find_viewpoint(grid.state, cost, below, targets, needed, reach, stride)
         if ix < 0:
             return None
-        cost_m = wave.metres(cost[iy, ix])
-        gain_m2 = self._gain_m2(frontier, grid, ix, iy)
-        watched = frontier.cells[:: max(1, len(frontier.cells) // 24)]
-        viewpoint = grid.frame.centre_of(ix, iy)
+        return self._goal(frontier, grid, (ix, iy), wave.metres(cost[iy, ix]))
+
+    def _goal(self, frontier: Frontier, grid: OccupancyGrid, cell: tuple[int, int], cost_m: float) -> Goal:
+        gain_m2 = self._gain_m2(frontier, grid, *cell)
+        viewpoint = grid.frame.centre_of(*cell)
         return Goal(
             frontier=replace(frontier, viewpoint=viewpoint),
             viewpoint_in_map=viewpoint,
             cost_m=cost_m,
             gain_m2=gain_m2,
             utility=self._worth(gain_m2, cost_m),
-            watched_in_map=grid.frame.map_from_cell(watched),
+            watched_in_map=_watched(frontier, grid),
         )
 
     def may_be_nook(self, edge: Frontier, grid: OccupancyGrid) -> bool:
@@ -231,7 +183,7 @@ class GoalChooser:
         if not self.may_be_nook(mouth, grid):
             return None
         r = grid.frame.resolution_m
-        for into_m in self.config.look_into_m:
+        for into_m in INTO_NOOK_M:
             deepest = max(1, round(into_m / r))
             least = max(1, round(max(0.5 * into_m, NOOK_DEPTH_M) / r))
             inside = self._kernels.unknown_inside(grid.state, mouth.cells, least, deepest)
@@ -253,7 +205,7 @@ class GoalChooser:
         if goal.cost_m <= c.worth_way_m:
             return True
         if goal.is_nook:
-            return goal.gain_m2 >= c.worth_gain_m2
+            return goal.gain_m2 >= c.worth_nook_m2
         if goal.frontier.size * r >= LONG_M:
             return True
         ix, iy = grid.frame.cell_at(*goal.viewpoint_in_map)
@@ -288,7 +240,7 @@ class GoalChooser:
 
     def is_gone(self, goal: Goal, grid: OccupancyGrid, frontier_mask: np.ndarray) -> bool:
         """True once next to nothing of the goal's frontier is left within 0.3 m of where it was."""
-        cells = grid.frame.cell_from_map(goal.watched_in_map)
+        cells = grid.frame.cell_from_map(np.concatenate((goal.watched_in_map, *goal.also_watched_in_map)))
         if goal.is_nook:
             return self._kernels.share_beside_unknown(grid.state, cells) < GONE_SHARE
         radius = max(1, round(0.3 / grid.frame.resolution_m))
@@ -298,6 +250,11 @@ class GoalChooser:
         """What has become of a goal since: the nearest among the new ones, if it is near."""
         nearest = min(goals, key=goal.distance_m, default=None)
         return nearest if nearest is not None and goal.distance_m(nearest) < SAME_GOAL_M else None
+
+
+def _watched(frontier: Frontier, grid: OccupancyGrid) -> Points:
+    """(k, 2) places that stand for a frontier."""
+    return grid.frame.map_from_cell(frontier.cells[:: max(1, len(frontier.cells) // 24)])
 
 
 def best_of(goals: Iterable[Goal]) -> Goal | None:

@@ -50,8 +50,9 @@ class FailedLooks:
 
     def note(self, goal: Goal, reason: Reason, why: str, grid: OccupancyGrid) -> None:
         """Remember a look in vain."""
-        place = _middle(goal.watched_in_map)
-        self._looks.append(FailedLook(place, reason, why, known_around(place, grid)))
+        for watched in (goal.watched_in_map, *goal.also_watched_in_map):
+            place = _middle(watched)
+            self._looks.append(FailedLook(place, reason, why, known_around(place, grid)))
 
     def at(self, frontier: Frontier, grid: OccupancyGrid) -> list[FailedLook]:
         """The looks that failed here and still count, oldest first."""

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from occmap.coarse_map import Blocks, CoarseMap
-from occmap.frontiers import Frontier
+from occmap.lookouts import Lookout, Sight, lookouts
 from occmap.search import SearchMemory
 from occmap.ways import Ways
 
@@ -34,8 +34,8 @@ WIDER = 1.5
 class TourConfig:
     """How a tour weighs what is near against what is far (strategy tour)."""
 
-    stop_m: float = 2.0
-    """Frontiers whose ways apart are no longer than this are one stop,"""
+    stop_m: float = 1.0
+    """Lookouts whose ways apart are no longer than this are one stop,"""
     stop_share: float = 0.2
     """or than this share of the way to them: what is far needs no more detail."""
     hysteresis_m: float = 1.0
@@ -58,9 +58,13 @@ class Stop:
     """Frontiers that are looked at together."""
 
     members: tuple[int, ...]
-    """Indices of the frontiers, the nearest to the robot first."""
+    """Indices of the frontiers: those seen from the lookout first, the largest first."""
     cost_m: float
-    """The way from the robot to the farthest of them, estimated."""
+    """The way from the robot to the farthest of its lookouts, estimated."""
+    lookout: tuple[int, int] | None
+    """The cell (ix, iy) from which the first of the members are seen; None if there is no room for one."""
+    in_sight: int
+    """How many they are."""
 
 
 class Tour:
@@ -76,7 +80,7 @@ class Tour:
 
     def stops(
         self,
-        frontiers: Sequence[Frontier],
+        sights: Sequence[Sight],
         terrain: Terrain,
         start_cell: tuple[int, int],
         pursued: int | None = None,
@@ -87,21 +91,29 @@ class Tour:
         """
         coarse = CoarseMap(terrain, self._memory)
         start = coarse.block_near(start_cell)
-        found = [coarse.block_of(frontier) for frontier in frontiers]
-        indices = np.array([k for k, block in enumerate(found) if block is not None], np.int64)
-        blocks = np.array([block for block in found if block is not None], np.int64)
-        if start is None or not len(blocks):
+        if start is None or not sights:
             return []
-        from_start_m = coarse.costs_m(start, blocks)
-        in_reach = np.argsort(from_start_m, kind="stable")[: np.isfinite(from_start_m).sum()]
-        if not len(in_reach):
+        costs_m = coarse.costs_from_m(start)
+        found = lookouts(coarse, sights, costs_m)
+        if not found:
             return []
-        indices, blocks, from_start_m = indices[in_reach], blocks[in_reach], from_start_m[in_reach]
-        groups, between_m = self._grouped(coarse, blocks, from_start_m)
-        leaders = [group[0] for group in groups]
-        kept = next((k for k, group in enumerate(groups) if pursued in indices[group]), None)
-        order = self._order(from_start_m[leaders], between_m, kept)
-        return [Stop(tuple(indices[groups[k]].tolist()), float(from_start_m[groups[k]].max())) for k in order]
+        costs_m = costs_m.ravel()
+        found.sort(key=lambda lookout: float(costs_m[lookout.block]))
+        blocks = np.array([lookout.block for lookout in found], np.int64)
+        groups, between_m = self._grouped(coarse, blocks, costs_m[blocks])
+        kept = next((n for n, g in enumerate(groups) if any(pursued in found[k].members for k in g)), None)
+        order = self._order(costs_m[blocks[[group[0] for group in groups]]], between_m, kept)
+        return [
+            self._stop([found[k] for k in groups[n]], coarse, float(costs_m[blocks[groups[n]]].max()))
+            for n in order
+        ]
+
+    def _stop(self, group: list[Lookout], coarse: CoarseMap, cost_m: float) -> Stop:
+        """Made of lookouts, the nearest first."""
+        first = group[0]
+        lookout = coarse.cell_in(first.block) if first.is_exact else None
+        members = tuple(k for each in group for k in each.members)
+        return Stop(members, cost_m, lookout, len(first.members))
 
     def _grouped(
         self, coarse: CoarseMap, blocks: Blocks, from_start_m: NDArray[np.float64]

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from occmap.goals_kernels import sees
 from occmap.grid import Belief
-from occmap.kernel import kernel
+from occmap.kernel import kernel, part
 
 FREE, OCCUPIED = np.uint8(Belief.FREE), np.uint8(Belief.OCCUPIED)
 MOST_LINES = 12
@@ -64,6 +66,60 @@ def nearest_block(state, coarse_state, side, x, y, reach, most_unknown):
         if where >= 0 or seen_from >= MOST_LINES:
             return where
     return -1
+
+
+@kernel
+def watchers(state, clearance_m, side, cost_m, targets, ends, reach, share):
+    """Which blocks see into which frontiers: pairs (n, 2) of a block's flat index and a frontier's.
+
+    cost_m (ny, nx) is to blocks, inf where nobody gets; targets (m, 3), x, y and depth, are the frontiers'
+    in turn, up to ends (k,); reach (k,) in cells. A block sees a frontier if at least `share` of its targets
+    are in line of sight from the roomiest of the block's cells. O(frontiers x blocks in reach) lines.
+    """
+    ny, nx = cost_m.shape
+    pairs = np.empty((256, 2), np.int64)
+    n = 0
+    roomiest = np.full((ny, nx), -1, np.int64)
+    first = 0
+    for k in range(ends.shape[0]):
+        mine = targets[first : ends[k]]
+        first = ends[k]
+        needed = max(1, math.ceil(share * mine.shape[0]))
+        x_low, x_high, y_low, y_high = nx * side, 0, ny * side, 0
+        for x, y, _ in mine:
+            x_low, x_high, y_low, y_high = min(x_low, x), max(x_high, x), min(y_low, y), max(y_high, y)
+        for by in range(max(0, (y_low - reach[k]) // side), min(ny, (y_high + reach[k]) // side + 1)):
+            for bx in range(max(0, (x_low - reach[k]) // side), min(nx, (x_high + reach[k]) // side + 1)):
+                if not cost_m[by, bx] < np.inf:
+                    continue
+                if roomiest[by, bx] < 0:
+                    roomiest[by, bx] = roomiest_cell(state, clearance_m, side, bx, by)
+                y, x = divmod(roomiest[by, bx], state.shape[1])
+                seen = 0
+                for j in range(mine.shape[0]):
+                    if seen >= needed or seen + mine.shape[0] - j < needed:
+                        break
+                    tx, ty, depth = mine[j, 0], mine[j, 1], mine[j, 2]
+                    near = (tx - x) ** 2 + (ty - y) ** 2 <= reach[k] ** 2
+                    seen += near and sees(state, x, y, tx, ty, depth + depth // 4 + 1)
+                if seen >= needed:
+                    if n == pairs.shape[0]:
+                        pairs = np.concatenate((pairs, np.empty_like(pairs)))
+                    pairs[n, 0], pairs[n, 1] = by * nx + bx, k
+                    n += 1
+    return pairs[:n]
+
+
+@part
+def roomiest_cell(state, clearance_m, side, bx, by):
+    """The flat index of the free cell of a block with the largest clearance; its corner if it has none."""
+    ny, nx = state.shape
+    best, widest = by * side * nx + bx * side, np.float32(-1.0)
+    for y in range(by * side, min(by * side + side, ny)):
+        for x in range(bx * side, min(bx * side + side, nx)):
+            if state[y, x] == FREE and clearance_m[y, x] > widest:
+                best, widest = y * nx + x, clearance_m[y, x]
+    return best
 
 
 @kernel

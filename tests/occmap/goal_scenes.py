@@ -9,7 +9,8 @@ import numpy as np
 from occmap.body import Body
 from occmap.clearance import ClearanceMap
 from occmap.frontiers import Frontier, FrontierConfig, FrontierMap
-from occmap.goals import Goal, GoalChooser, GoalConfig
+from occmap.goal_config import GoalConfig
+from occmap.goals import Goal, GoalChooser
 from occmap.planner import Planner, PlannerConfig
 from tests.ascii_maps import ascii_grid
 

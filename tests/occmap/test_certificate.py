@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 import pytest
 
 from occmap.certificate import certify
 from occmap.decision import Reason
-from occmap.goals import GoalConfig
+from occmap.goal_config import GoalConfig
 from occmap.memory import FailedLooks
 from tests.occmap.goal_scenes import Scene, goal_at
 
 BODY_RADIUS_M = 0.17
 
 
-def certificate(scene, looks=None, unvisited=(), *, is_early=True):
+def certificate(scene, looks=None, unvisited=(), slits=(), *, is_early=True):
     return certify(
         scene.frontiers,
         scene.grid,
@@ -24,6 +25,7 @@ def certificate(scene, looks=None, unvisited=(), *, is_early=True):
         GoalConfig(min_frontier_m=0.3),
         BODY_RADIUS_M,
         unvisited,
+        slits=slits,
         is_early=is_early,
     )
 
@@ -99,3 +101,12 @@ def test_every_frontier_is_in_it_once():
                      ?..........?
                      ############""")
     assert [left.in_map for left in certificate(scene)] == [f.centroid_in_map for f in scene.frontiers]
+
+
+def test_slits_not_worth_the_way_are_too_narrow_if_the_body_does_not_fit():
+    scene = Scene(OPEN_ROOM)
+    (frontier,) = scene.frontiers
+    slits = [replace(frontier, size=1), replace(frontier, size=40)]
+    _, narrow, wide = certificate(scene, slits=slits)
+    assert (narrow.reason, wide.reason) == (Reason.TOO_NARROW, Reason.SPECK)
+    assert "not worth the way" in narrow.why

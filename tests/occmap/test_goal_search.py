@@ -7,8 +7,8 @@ import math
 import pytest
 
 from occmap.decision import Reason
+from occmap.goal_config import GoalConfig
 from occmap.goal_search import GoalSearch
-from occmap.goals import GoalConfig
 from occmap.memory import FailedLooks
 from tests.occmap.goal_scenes import Scene
 
@@ -232,6 +232,21 @@ def test_what_hides_next_to_nothing_is_looked_into_in_passing_only(start, worth_
     assert scene.search.unvisited(scene.frontiers, scene.grid, wave, MAX_RANGE_M) == scene.frontiers
 
 
+@pytest.mark.parametrize(
+    ("start", "worth_nook_m2", "is_worth"), [(5, 9.0, False), (180, 9.0, True), (5, 0.0, True)]
+)
+def test_a_slit_far_away_that_promises_little_is_left_and_told(start, worth_nook_m2, is_worth):
+    slit = ["#" * 190 + "??????" + "#" * 46] * 12
+    picture = "\n".join(["#" * 242, *slit, *["#" + "." * 240 + "#"] * 20, "#" * 242])
+    config = GoalConfig(worth_nook_m2=worth_nook_m2)
+    scene = Searching(picture, (start, 16), resolution_m=0.05, body=None, config=config)
+    scene.frontiers = []  # the frontier map leaves rims out
+    best = scene.run().best
+    assert (best is not None) == is_worth
+    (mouth,) = scene.search.slits_left(scene.grid, scene.flood(), MAX_RANGE_M)
+    assert abs(mouth.centroid_in_map[0] - 9.7) < 0.2
+
+
 def corridor_with_far_slot():
     """12 m x 0.65 m in cells of 0.05 m; through a slot in its far end half a closet is in sight."""
     lines = ["#" * 251]
@@ -252,7 +267,7 @@ def test_what_is_in_sight_from_afar_alone_may_not_be_worth_the_way_and_yet_is_to
 
 
 def test_unvisited_are_those_that_could_still_be_looked_into():
-    scene = Searching(TWO_ENDS)
+    scene = Searching(TWO_ENDS, config=NEAREST)
     assert scene.search.unvisited(scene.frontiers, scene.grid, scene.flood(), MAX_RANGE_M) == scene.frontiers
     left = min(scene.run().goals, key=lambda goal: goal.viewpoint_in_map)
     scene.fail(left, times=3)

@@ -10,7 +10,8 @@ import pytest
 from occmap import goals_kernels as kernels
 from occmap.frontiers import Frontier
 from occmap.geometry import Pose2
-from occmap.goals import GoalChooser, GoalConfig, best_of
+from occmap.goal_config import GoalConfig
+from occmap.goals import GoalChooser, best_of
 from occmap.grid import Belief
 from occmap.strategies import utility
 from tests.occmap.goal_scenes import Scene, goal_at

@@ -9,7 +9,7 @@ import pytest
 
 from occmap.body import Body
 from occmap.frontiers import Frontier
-from occmap.goals import GoalConfig
+from occmap.goal_config import GoalConfig
 from occmap.grid import Belief
 from occmap.hopeless import Hopeless
 from tests.ascii_maps import grid_of

@@ -155,3 +155,11 @@ def test_what_was_in_reach_comes_to_lie_where_its_cells_are_moved_to(yaw_rad):
     carry(reached, carried, math.cos(yaw_rad), math.sin(yaw_rad), 12.3, 7.6)
     assert expected.any()
     np.testing.assert_array_equal(carried, expected)
+
+
+def test_a_look_at_several_frontiers_fails_at_each_of_them(hall):
+    looks = FailedLooks()
+    both = goal_at(2.05, 5.05, also_watched_in_map=(np.array([[8.05, 5.05]]),))
+    looks.note(both, Reason.GAVE_UP, "in vain", hall)
+    for ix, failed in ((20, 1), (50, 0), (80, 1)):
+        assert len(looks.at(frontier_of(hall, (ix, 50)), hall)) == failed

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from occmap.coarse_map import CoarseMap
-from occmap.goals import GoalConfig
+from occmap.goal_config import GoalConfig
 from occmap.search import SearchMemory
 from occmap.tour import MOST_STOPS, Tour, TourConfig
 from tests.occmap.goal_scenes import Scene
@@ -23,7 +23,8 @@ def scene_of(picture, start):
 
 def stops(scene, config=None, pursued=None):
     wave = scene.flood()
-    found = Tour(config or TourConfig()).stops(scene.frontiers, wave.terrain, scene.start, pursued)
+    sights = [scene.chooser.sight_of(frontier, scene.grid, 0) for frontier in scene.frontiers]
+    found = Tour(config or TourConfig()).stops(sights, wave.terrain, scene.start, pursued)
     return [[scene.frontiers[k].centroid_in_map for k in stop.members] for stop in found]
 
 

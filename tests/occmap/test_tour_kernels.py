@@ -53,3 +53,30 @@ def test_the_best_tour_is_the_best_of_all_orders(n):
         orders = [order for order in permutations(range(n)) if order[0] == first]
         costs = [sum(between[a, b] for a, b in pairwise(order)) + at_the_end[order[-1]] for order in orders]
         assert best[(1 << n) - 1, first] == pytest.approx(min(costs))
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_blocks_that_see_into_a_frontier_equal_their_twin(seed):
+    rng = np.random.default_rng(seed)
+    state = rng.choice(3, (26, 33), p=[0.2, 0.72, 0.08]).astype(np.uint8)
+    clearance_m = rng.uniform(0.0, 1.0, state.shape).astype(np.float32)
+    side, share = 3, 0.5
+    cost_m = rng.uniform(0.0, 9.0, (9, 11))
+    cost_m[rng.random(cost_m.shape) < 0.3] = np.inf
+    iy, ix = np.nonzero(state == Belief.UNKNOWN)
+    targets = np.column_stack((ix, iy, np.ones_like(ix)))[:40]
+    ends, reach = np.array([1, 6, 18, 40]), np.array([4, 12, 7, 30])
+    twin = []
+    for k, mine in enumerate(np.split(targets, ends[:-1])):
+        for by, bx in zip(*np.nonzero(np.isfinite(cost_m)), strict=True):
+            block = slice(by * side, by * side + side), slice(bx * side, bx * side + side)
+            room = np.where(state[block] == Belief.FREE, clearance_m[block], -1.0)
+            y, x = np.unravel_index(np.argmax(room), room.shape) if room.max() >= 0.0 else (0, 0)
+            x, y = bx * side + int(x), by * side + int(y)
+            near = mine[np.hypot(*(mine[:, :2] - (x, y)).T) <= reach[k]]
+            seen = sum(sees(state, x, y, tx, ty, 2) for tx, ty, _ in near)
+            if seen >= max(1, np.ceil(share * len(mine))):
+                twin.append((by * cost_m.shape[1] + bx, k))
+    assert twin
+    pairs = kernels.watchers(state, clearance_m, side, cost_m, targets, ends, reach, share)
+    assert sorted(map(tuple, pairs.tolist())) == sorted(twin)
