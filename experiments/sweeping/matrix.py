@@ -20,7 +20,7 @@ import tyro
 
 from experiments import config_file
 from experiments.config import ExperimentConfig, PoseSource
-from occmap.goals import Strategy
+from occmap.strategies import Strategy
 from sim.generators import Kind
 
 OPTION_OF = {
