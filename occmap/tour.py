@@ -124,18 +124,10 @@ class Tour:
         places_m = coarse.places_m(blocks)
         while True:
             reach_m = np.maximum(self.config.stop_m, share * from_start_m)
-            groups: list[list[int]] = []
-            left = np.ones(len(blocks), bool)
-            while left.any() and len(groups) <= MOST_STOPS:
-                leader = int(np.argmax(left))
-                away_m = np.hypot(*(places_m - places_m[leader]).T)
-                near = np.flatnonzero(left & (away_m <= reach_m[leader]))  # no way is shorter than the crow's
-                members = near[ways.from_one_m(leader, near.tolist()) <= reach_m[leader]]
-                group = np.union1d(leader, members)
-                groups.append(group.tolist())
-                left[group] = False
-            if len(groups) <= MOST_STOPS:
-                return groups, ways.between_m([group[0] for group in groups])
+            if _drawn_together(places_m, reach_m, None) is not None:  # else searching for ways is in vain
+                groups = _drawn_together(places_m, reach_m, ways)
+                if groups is not None:
+                    return groups, ways.between_m([group[0] for group in groups])
             share *= WIDER
 
     def _order(
@@ -157,3 +149,26 @@ class Tour:
             here = int(np.argmin(onward_m))  # inf for what is not left
             order.append(here)
         return order
+
+
+def _drawn_together(
+    places_m: NDArray[np.float64], reach_m: NDArray[np.float64], ways: Ways | None
+) -> list[list[int]] | None:
+    """Groups of places, each in reach of its first member; by the crow's distance where no ways are given.
+
+    None if they are more than MOST_STOPS.
+    """
+    groups: list[list[int]] = []
+    left = np.ones(len(places_m), bool)
+    while left.any():
+        if len(groups) == MOST_STOPS:
+            return None
+        leader = int(np.argmax(left))
+        away_m = np.hypot(*(places_m - places_m[leader]).T)
+        members = np.flatnonzero(left & (away_m <= reach_m[leader]))
+        if ways is not None:
+            members = members[ways.from_one_m(leader, members.tolist()) <= reach_m[leader]]
+        group = np.union1d(leader, members)
+        groups.append(group.tolist())
+        left[group] = False
+    return groups
