@@ -56,21 +56,16 @@ def lookouts(coarse: CoarseMap, sights: Sequence[Sight], from_start_m: NDArray[n
         np.array([sight.reach_cells for sight in sights]), SEEN_SHARE,
     )  # fmt: skip
     blocks, rows = np.unique(pairs[:, 0], return_inverse=True)
-    sees = np.zeros((len(blocks), len(sights)))
-    sees[rows, pairs[:, 1]] = sizes[pairs[:, 1]]
     by_cost = np.argsort(from_start_m.ravel()[blocks], kind="stable")
-    blocks, sees = blocks[by_cost], sees[by_cost]
+    blocks, rows, seen = blocks[by_cost], np.argsort(by_cost)[rows], pairs[:, 1]
     found: list[Lookout] = []
-    left = np.ones(len(sights))
-    while len(blocks):
-        shown = sees @ left
-        best = int(np.argmax(shown))
-        if shown[best] == 0.0:
-            break
-        members = np.flatnonzero((sees[best] > 0.0) & (left > 0.0))
+    left = np.ones(len(sights), bool)
+    while left[seen].any():
+        best = int(np.argmax(np.bincount(rows, sizes[seen] * left[seen])))
+        members = seen[(rows == best) & left[seen]]
         members = members[np.argsort(-sizes[members], kind="stable")]
         found.append(Lookout(int(blocks[best]), tuple(members.tolist()), is_exact=True))
-        left[members] = 0.0
+        left[members] = False
     for k in np.flatnonzero(left).tolist():
         block = coarse.block_of(sights[k].frontier)
         if block is not None and np.isfinite(from_start_m.ravel()[block]):
