@@ -36,7 +36,10 @@ class MatcherConfig(Positive):
     """Scale of the robust loss in the end."""
     sure_fit: float = 0.8
     """If so large a share of the points lies on the map less than a standard deviation from where it was
-    expected, nothing is searched."""
+    expected, nothing is searched,"""
+    sure_sigma_m: float = 0.1
+    """unless that standard deviation is larger than this. From so far off Gauss-Newton misses the few points
+    that tell how far along a corridor a robot is, and it stands or runs on for ever."""
     doubtful_fit: float = 0.6
     """If a smaller share of the points lies on the map, a wider window is searched."""
     doubtful_share: float = 0.8
@@ -116,7 +119,8 @@ class Matcher:
         prior = np.diag([prediction.sigma_m**-2, prediction.sigma_m**-2, prediction.sigma_rad**-2])
         expected = self.refine(cloud, submap, guess, guess, prior)
         off = prediction.surprise(guess, expected.submap_from_robot)
-        if expected.fit >= self.config.sure_fit and off < 1.0:
+        is_sharp = prediction.sigma_m <= self.config.sure_sigma_m
+        if is_sharp and expected.fit >= self.config.sure_fit and off < 1.0:
             return expected  # just where it was expected: nothing to search for
         start = self._track(cloud.points, submap, guess, prediction)
         surprise = prediction.surprise(guess, start)

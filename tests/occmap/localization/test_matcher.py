@@ -101,6 +101,21 @@ def test_wheels_that_turned_too_far_do_not_lose_a_robot_along_a_corridor(seed):
     assert match.submap_from_robot.distance_to(here) < 0.1
 
 
+@pytest.mark.parametrize("off_m", [-0.14, 0.14])
+def test_without_wheels_the_end_of_a_corridor_tells_how_far_the_robot_went(off_m):
+    """Most points are on the side walls and fit anywhere; the few at the end are found by searching."""
+    corridor = np.array([(-60, 1.1, 60, 1.3), (-60, -1.3, 60, -1.1), (11, -2, 11.2, 2)], float)
+    here, blind = Pose2(1.6, 0.1, 0.0), Prediction(Pose2(0.2, 0.0, 0.0), 0.15, 0.10, 0.45, 0.3)
+    for seed in range(8):
+        rng = np.random.default_rng(seed)
+        submap = Submap(SubmapConfig(), Pose2.identity(), np.eye(3), 50.0)
+        for x in np.arange(0.0, 1.5, 0.1):
+            submap.insert(_ahead(corridor, Pose2(x, 0.1, 0.02), rng, 180), Pose2(x, 0.1, 0.02))
+        cloud = _ahead(corridor, here, rng, 180)
+        match = Matcher().match(cloud, submap, here @ Pose2(off_m, 0.0, 0.0), blind)
+        assert match.submap_from_robot.distance_to(here) < 0.1
+
+
 @pytest.mark.parametrize("seed", [0, 1])
 def test_what_stands_near_does_not_drag_the_far_along(seed):
     """A chair beside the robot fills a third of the scan, and was moved by 20 cm since."""
