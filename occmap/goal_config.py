@@ -37,7 +37,8 @@ class GoalConfig:
     look_from_m: tuple[float, ...] = (2.5, 1.2, 0.5)
     """A viewpoint lies at most this far from its frontier; each look that fails goes nearer."""
     look_into_m: tuple[float, ...] = (0.2, 0.2, 0.2)
-    """Those looks are aimed this deep into the unknown: what grazes a frontier only moves it on a little."""
+    """Those looks are aimed this deep into the unknown, deeper where a frontier is short: what grazes a
+    frontier only moves it on a little."""
     min_frontier_m: float = 0.2
     """A shorter frontier is a speck: no gap that the body fits through is this narrow."""
     min_far_frontier_m: float = 0.5

@@ -132,7 +132,8 @@ class GoalSearch:
         return [
             frontier
             for frontier, failed in worth_a_look
-            if self._first_look(frontier, self.chooser.looks[failed:], grid, wave) is not None
+            if self._first_look(frontier, self.chooser.looks_at(frontier, grid)[failed:], grid, wave)
+            is not None
             or any(self._looks_from_afar([(frontier, failed)], grid, wave, max_range_m))
         ]
 
@@ -172,7 +173,8 @@ class GoalSearch:
                 goals = self._from_lookout(stop, members, grid, wave) or self._from_near(members, grid, wave)
                 if goals:
                     return goals, wave
-                if any(self._first_look(each, self.chooser.looks[n:], grid, wave) for each, n in members):
+                looks = [(each, self.chooser.looks_at(each, grid)[n:]) for each, n in members]
+                if any(self._first_look(each, some, grid, wave) for each, some in looks):
                     break  # not worth the way, from here
             else:
                 for frontier, _ in members:
@@ -245,7 +247,8 @@ class GoalSearch:
         goals: list[Goal] = []
         best: Goal | None = None
         for frontier, failed in frontiers:
-            looks = self.chooser.looks[failed:] if best is None else self.chooser.looks[failed : failed + 1]
+            looks = self.chooser.looks_at(frontier, grid)[failed:]
+            looks = looks if best is None else looks[:1]
             goal = self._first_look(frontier, looks, grid, wave, self.chooser.affordable_m(best))
             if goal is not None and self.chooser.is_worth_the_way(goal, grid):
                 goals.append(goal)

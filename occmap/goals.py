@@ -35,6 +35,8 @@ INTO_NOOK_M = (1.0, 0.5)
 
 LONG_M = 0.5
 """A frontier as long as this promises enough for any way."""
+SHORT_INTO = 0.4
+"""One that is shorter is looked into deeper: by this share of what a viewpoint may be away."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,8 +87,10 @@ class GoalChooser:
         from occmap import goals_kernels
 
         self.config = config
-        self.looks = tuple(zip(config.look_from_m, config.look_into_m, strict=True))
-        """(from_m, into_m), the widest first."""
+        self._looks = tuple(zip(config.look_from_m, config.look_into_m, strict=True))
+        self._short_looks = tuple(
+            (from_m, max(from_m * SHORT_INTO, into_m)) for from_m, into_m in self._looks
+        )
         self._kernels = goals_kernels
 
     def goal_for(
@@ -116,9 +120,14 @@ class GoalChooser:
         deepest = max(1, round(into_m / grid.frame.resolution_m))
         return self._kernels.unknown_beyond(grid.state, frontier.cells, TARGETS, deepest)
 
+    def looks_at(self, frontier: Frontier, grid: OccupancyGrid) -> tuple[tuple[float, float], ...]:
+        """(from_m, into_m), the widest first. The short must open onto something: walls' dents do not."""
+        is_long = frontier.size * grid.frame.resolution_m >= LONG_M
+        return self._looks if is_long else self._short_looks
+
     def sight_of(self, frontier: Frontier, grid: OccupancyGrid, failed: int) -> Sight:
         """What a look at a frontier is to see, after so many that failed."""
-        from_m, into_m = self.looks[failed]
+        from_m, into_m = self.looks_at(frontier, grid)[failed]
         reach_cells = max(1, int((from_m + into_m) / grid.frame.resolution_m))
         return Sight(frontier, self._targets(frontier, grid, into_m), reach_cells)
 

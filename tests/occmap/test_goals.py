@@ -229,3 +229,11 @@ def test_a_goal_says_what_it_is_worth():
 def test_nonsense_is_refused(field, value):
     with pytest.raises(ValueError, match=field.split("_")[0]):
         GoalConfig(**{field: value})
+
+
+def test_the_shorter_a_frontier_the_deeper_the_look():
+    """A dent of a wall is short and shallow: what is short has to open onto something."""
+    chooser, grid = GoalChooser(GoalConfig()), Scene("###\n#.#\n###").grid
+    long, short = (Frontier(np.zeros((n, 2), int), (0.0, 0.0), n) for n in (2, 1))  # of 0.25 m each
+    assert chooser.looks_at(long, grid) == ((2.5, 0.2), (1.2, 0.2), (0.5, 0.2))
+    assert [into_m for _, into_m in chooser.looks_at(short, grid)] == pytest.approx([1.0, 0.48, 0.2])
