@@ -10,7 +10,7 @@ from occmap.geometry import Points, Pose2
 from occmap.localization.loop_candidates import Candidate
 from occmap.localization.matcher import Match, Matcher
 from occmap.localization.positive import Positive
-from occmap.localization.submap import Submap, judged, share_seen_through
+from occmap.localization.submap import Submap, share_seen_through
 from occmap.localization.surfel_map import Cloud
 from occmap.localization.window_search import Window, WindowSearch
 
@@ -128,21 +128,13 @@ def closer_look(
 
 
 def _seen_through(config: ComparisonConfig, older: Submap, younger: Submap, match: Match) -> float:
-    """The larger share of either submap's points that the other has looked straight through.
-
-    What a submap has itself looked through, sooner or later, does not count: it was somebody walking.
-    """
+    """The larger share of either submap's points that the other has looked straight through."""
     older_from_younger, spacing_m = match.submap_from_robot, config.query_spacing_m
-    ours, theirs = (_lasting(each, seen_nearby(each, spacing_m, config).points) for each in (younger, older))
+    ours, theirs = (seen_nearby(each, spacing_m, config).points for each in (younger, older))
     return max(
         share_seen_through(older, older_from_younger.apply(ours)),
         share_seen_through(younger, older_from_younger.inverse().apply(theirs)),
     )
-
-
-def _lasting(submap: Submap, points: Points) -> Points:
-    """Those of a submap's points (n, 2) that none of its own views has looked through."""
-    return points[~judged(submap, points)[1]]
 
 
 def seen_nearby(submap: Submap, spacing_m: float, config: ComparisonConfig) -> Cloud:

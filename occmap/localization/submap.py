@@ -128,13 +128,6 @@ class Submap:
 
 def share_seen_through(submap: Submap, points: Points) -> float:
     """Of the points (n, 2) of a submap's frame that its views can judge: how many they look through."""
-    met, passed = judged(submap, points)
-    through = int(np.count_nonzero(passed & ~met))
-    return through / max(1, through + int(np.count_nonzero(met)))
-
-
-def judged(submap: Submap, points: Points) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """(n,) which points (n, 2) of a submap's frame any of its views has met, and which it has passed."""
     from occmap.localization import visibility_kernels as kernels
 
     met, passed = np.zeros(len(points), np.bool_), np.zeros(len(points), np.bool_)
@@ -143,4 +136,5 @@ def judged(submap: Submap, points: Points) -> tuple[NDArray[np.bool_], NDArray[n
         kernels.look(
             points, lidar.x_m, lidar.y_m, lidar.yaw_rad, view.bearings_rad, view.ranges_m, met, passed
         )
-    return met, passed
+    through = int(np.count_nonzero(passed & ~met))
+    return through / max(1, through + int(np.count_nonzero(met)))

@@ -6,13 +6,8 @@ import pytest
 from occmap.geometry import Pose2
 from occmap.localization import SlamLocalizer
 from occmap.localization.loop_candidates import uncertainty_from
-from occmap.localization.loop_comparison import ComparisonConfig, closer_look
-from occmap.localization.matcher import Matcher
 from occmap.localization.pose_graph import Loss, PoseGraph
-from occmap.localization.submap import Submap, SubmapConfig, View
-from occmap.localization.surfel_map import Cloud
-from tests.occmap.kinematic_world import room
-from tests.occmap.localization.drives import RING, RING_LAP, drive, errors_m, observe, scan_at
+from tests.occmap.localization.drives import RING, RING_LAP, drive, errors_m, observe
 
 TIGHT = np.diag([1e4, 1e4, 1e6])
 
@@ -116,26 +111,3 @@ def test_rooms_that_look_alike_are_not_taken_for_one():
         apart = slam.graph.pose(loop.older).inverse() @ slam.graph.pose(loop.younger)
         error = loop.older_from_younger.inverse() @ apart
         assert math.hypot(error.x_m, error.y_m) < 0.2
-
-
-def test_people_who_walk_along_do_not_hide_a_place_seen_again():
-    """They leave trails in both submaps; each submap has itself looked through its own."""
-    rng = np.random.default_rng(5)
-
-    def submap_with_a_walker(way):
-        submap = Submap(SubmapConfig(), Pose2.identity(), np.eye(3), 12.0)
-        for k in range(24):
-            x, y = way(k // 2)
-            scan = scan_at(
-                room(8.0, 6.0, (6, 4, 8, 4.4), (x, y, x + 0.4, y + 0.4)), Pose2(2.0, 2.0, 0.0), rng
-            )
-            submap.views.append(View.of(scan, Pose2.identity()))
-            submap.insert(Cloud.of(scan, Pose2.identity(), 30.0), Pose2.identity())
-        submap.finish()
-        return submap
-
-    before = submap_with_a_walker(lambda k: (3.0 + 0.3 * k, 1.0 + 0.2 * k))
-    after = submap_with_a_walker(lambda k: (3.2, 0.3 + 0.4 * k))
-    match = closer_look(ComparisonConfig(), before, after, Matcher(), Pose2.identity())
-    assert match is not None
-    assert match.submap_from_robot.distance_to(Pose2.identity()) < 0.02
