@@ -51,7 +51,10 @@ class ComparisonConfig(Positive):
     """In a wider window, no pose so far from the best one may score nearly as well: a corridor with a door
     every few metres looks the same a few metres on."""
     rival_share: float = 0.8
-    """Of the best score, that a rival has."""
+    """Of the best score, that a rival has,"""
+    rival_points: float = 10.0
+    """and fewer points than this are missing to all of it. Along a corridor every pose has most of the best
+    score by the walls alone: what tells one from another are the few points of doors and niches."""
     least_fit: float = 0.5
     """Share of the surfels that must lie on the other submap after refinement."""
     most_seen_through: float = 0.10
@@ -111,7 +114,7 @@ class Comparison:
     def _elsewhere(self, best: WindowSearch) -> Window:
         """The same window but for the best pose, and only what is nearly as good."""
         c = self._config
-        nearly = c.rival_share * best.score
+        nearly = max(c.rival_share * best.score, best.score - c.rival_points / len(self._points))
         return replace(best.window, least_score=nearly, shun=best.best, shun_m=c.rival_m, any_will_do=True)
 
 

@@ -83,9 +83,26 @@ class Submap:
         self._unstamped.append(cloud)
 
     def finish(self) -> None:
-        """Nothing is inserted from now on: keep the surfels, give up the working memory."""
-        self.cloud = self.surfels.finished_rows()
+        """Nothing is inserted from now on: keep what lasted of the surfels, give up the working memory.
+
+        What more of its views looked through than met was somebody who walked by.
+        """
+        rows = self.surfels.finished_rows()
+        met, passed = self.judge(rows[:, :2].astype(np.float64))
+        self.cloud = rows[passed <= met]
         self.release()
+
+    def judge(self, points: Points) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """(n,) how many views met each of the points (n, 2) of this frame, and how many looked through it."""
+        from occmap.localization import visibility_kernels as kernels
+
+        met, passed = np.zeros(len(points), np.int64), np.zeros(len(points), np.int64)
+        for view in self.views:
+            lidar = view.submap_from_lidar
+            kernels.look(
+                points, lidar.x_m, lidar.y_m, lidar.yaw_rad, view.bearings_rad, view.ranges_m, met, passed
+            )
+        return met, passed
 
     def release(self) -> None:
         """Give up what can be built again from the cloud."""
@@ -128,13 +145,6 @@ class Submap:
 
 def share_seen_through(submap: Submap, points: Points) -> float:
     """Of the points (n, 2) of a submap's frame that its views can judge: how many they look through."""
-    from occmap.localization import visibility_kernels as kernels
-
-    met, passed = np.zeros(len(points), np.bool_), np.zeros(len(points), np.bool_)
-    for view in submap.views:
-        lidar = view.submap_from_lidar
-        kernels.look(
-            points, lidar.x_m, lidar.y_m, lidar.yaw_rad, view.bearings_rad, view.ranges_m, met, passed
-        )
-    through = int(np.count_nonzero(passed & ~met))
+    met, passed = submap.judge(points)
+    through = int(np.count_nonzero((passed > 0) & (met == 0)))
     return through / max(1, through + int(np.count_nonzero(met)))

@@ -14,7 +14,7 @@ PASSED_M = 0.4
 
 @kernel
 def look(points, lidar_x, lidar_y, lidar_yaw, bearings, ranges, met, passed):
-    """Mark the points (n, 2) that a scan met or passed, in met (n,) and passed (n,).
+    """Count for each of the points (n, 2) whether a scan met or else passed it, in met (n,) and passed (n,).
 
     bearings (b,) ascend; ranges (b,) are 0 where a beam says nothing. O(points * log beams).
     """
@@ -26,13 +26,15 @@ def look(points, lidar_x, lidar_y, lidar_yaw, bearings, ranges, met, passed):
         after = _first_from(bearings, bearings[0] + turn)
         if after < 1 or after >= bearings.shape[0]:
             continue
-        nearest = np.inf
+        nearest, is_met = np.inf, False
         for b in range(max(after - 2, 0), min(after + 2, bearings.shape[0])):
             nearest = min(nearest, ranges[b])
             if ranges[b] > 0.0 and abs(ranges[b] - distance) < MET_M:
-                met[p] = True
-        if nearest > distance + PASSED_M:
-            passed[p] = True
+                is_met = True
+        if is_met:
+            met[p] += 1
+        elif nearest > distance + PASSED_M:
+            passed[p] += 1
 
 
 @part

@@ -5,9 +5,14 @@ import pytest
 
 from occmap.geometry import Pose2
 from occmap.localization import SlamLocalizer
-from occmap.localization.loop_candidates import uncertainty_from
+from occmap.localization.loop_candidates import Candidate, uncertainty_from
+from occmap.localization.loop_comparison import Comparison, ComparisonConfig, closer_look
+from occmap.localization.matcher import Matcher
 from occmap.localization.pose_graph import Loss, PoseGraph
-from tests.occmap.localization.drives import RING, RING_LAP, drive, errors_m, observe
+from occmap.localization.submap import Submap, SubmapConfig, View
+from occmap.localization.surfel_map import Cloud
+from tests.occmap.kinematic_world import room
+from tests.occmap.localization.drives import RING, RING_LAP, drive, errors_m, observe, scan_at
 
 TIGHT = np.diag([1e4, 1e4, 1e6])
 
@@ -111,3 +116,77 @@ def test_rooms_that_look_alike_are_not_taken_for_one():
         apart = slam.graph.pose(loop.older).inverse() @ slam.graph.pose(loop.younger)
         error = loop.older_from_younger.inverse() @ apart
         assert math.hypot(error.x_m, error.y_m) < 0.2
+
+
+def _growing(boxes, poses, rng, **scan):
+    """What is seen of a world, or of one world a pose, on the way; in the frame of the first pose."""
+    submap = Submap(SubmapConfig(), Pose2.identity(), np.eye(3), 12.0)
+    for k, pose in enumerate(poses):
+        submap_from_robot = poses[0].inverse() @ pose
+        seen = scan_at(boxes[k] if isinstance(boxes, list) else boxes, pose, rng, **scan)
+        submap.views.append(View.of(seen, submap_from_robot))
+        submap.insert(Cloud.of(seen, Pose2.identity(), 30.0), submap_from_robot)
+    return submap
+
+
+def _finished(*args, **scan):
+    submap = _growing(*args, **scan)
+    submap.finish()
+    return submap
+
+
+def test_people_who_walk_along_do_not_hide_a_place_seen_again():
+    """They leave trails in both submaps; each submap has itself looked through its own."""
+    rng = np.random.default_rng(5)
+
+    def with_a_walker(way):
+        places = [way(k // 2) for k in range(24)]
+        worlds = [room(8.0, 6.0, (6, 4, 8, 4.4), (x, y, x + 0.4, y + 0.4)) for x, y in places]
+        return _finished(worlds, 24 * [Pose2(2.0, 2.0, 0.0)], rng)
+
+    before = with_a_walker(lambda k: (3.0 + 0.3 * k, 1.0 + 0.2 * k))
+    after = with_a_walker(lambda k: (3.2, 0.3 + 0.4 * k))
+    match = closer_look(ComparisonConfig(), before, after, Matcher(), Pose2.identity())
+    assert match is not None
+    assert match.submap_from_robot.distance_to(Pose2.identity()) < 0.02
+
+
+def test_what_is_grazed_now_and_then_stays():
+    """Walls, jambs and posts are met by more views than look past them."""
+    boxes = room(20.0, 2.4, (6, 0, 6.2, 0.9), (9, 1.5, 9.2, 2.4), (12, 0, 12.2, 0.9), (14, 1.2, 14.1, 1.3))
+    poses = [Pose2(5.0 + 0.3 * k, 1.2 + 0.1 * math.sin(k), 0.1 * math.sin(k)) for k in range(20)]
+    submap = _growing(boxes, poses, np.random.default_rng(0))
+    surfels = submap.surfels.size
+    submap.finish()
+    assert submap.cloud is not None
+    assert len(submap.cloud) > 0.98 * surfels
+
+
+def _compared(boxes, sigma_m):
+    """The error of what comes of comparing two passes of a corridor whose ends are out of sight; or None."""
+    rng = np.random.default_rng(1)
+    passes = [[Pose2(start + 0.3 * k, 1.2, 0.0) for k in range(20)] for start in (17.0, 17.8)]
+    older, younger = (_finished(boxes, poses, rng, max_range_m=8.0) for poses in passes)
+    true = passes[0][0].inverse() @ passes[1][0]
+    predicted = Pose2(true.x_m + 0.7, true.y_m, 0.005)
+    comparison = Comparison(ComparisonConfig(), Candidate(0, 1, sigma_m, 0.01), younger, predicted)
+    matcher = Matcher()
+    while not comparison.step(older, younger, matcher, 10**9):
+        pass
+    return None if comparison.match is None else comparison.match.submap_from_robot.distance_to(true)
+
+
+def test_a_few_niches_tell_where_along_a_corridor():
+    """The walls alone give any place along it most of the best score."""
+    niches = room(
+        40.0, 2.4, (15, 0, 15.6, 0.2), (18.5, 2.15, 19.3, 2.4), (22, 0, 22.9, 0.15), (25.4, 2.2, 26, 2.4)
+    )
+    error_m = _compared(niches, 0.6)
+    assert error_m is not None
+    assert error_m < 0.05
+
+
+def test_a_corridor_of_equal_doors_is_not_told():
+    doors = room(40.0, 2.4, *[(x, 0, x + 0.4, 0.2) for x in np.arange(0.5, 39.5, 1.5)])
+    assert _compared(doors, 0.6) is None
+    assert _compared(room(40.0, 2.4), 0.6) is None
