@@ -12,16 +12,20 @@ import numpy as np
 
 from occmap.decision import Reason
 from occmap.explorer import Explorer
+from occmap.follower import Follower
 from occmap.frontiers import Frontier, edge_cells
 from occmap.geometry import Pose2, Twist2
 from occmap.goals import Goal
+from occmap.grid import Belief, OccupancyGrid
 from occmap.localization import SlamConfig, SlamLocalizer
 from occmap.localization.loop_candidates import CandidateConfig
 from occmap.localization.loop_closure import LoopClosureConfig
 from occmap.localization.matcher import MatcherConfig
+from occmap.localization.pose_graph import PoseGraph
 from occmap.localization.tracker import TrackerConfig
 from occmap.memory import FailedLooks
-from occmap.scan import Observation
+from occmap.planner import Planner
+from occmap.scan import Observation, Scan
 
 MANY = 8
 """Places that are tried, and cells of each: one of them will do."""
@@ -36,6 +40,30 @@ def close_loops(seen: Sequence[Observation]) -> None:
         slam.update(each)
     slam.finish()
     slam.map()
+
+
+def settle_a_graph() -> None:
+    """Optimise two poses that two edges disagree about."""
+    graph = PoseGraph()
+    nodes = [graph.add_node(Pose2.identity()) for _ in range(2)]
+    for forwards_m in (1.0, 1.1):
+        graph.add_edge(nodes[0], nodes[1], Pose2(forwards_m, 0.0, 0.0), np.eye(3))
+    graph.optimise()
+    graph.weights()
+
+
+def drive_a_way() -> None:
+    """Plan a way over an empty floor that nobody has mapped, and follow it for a scan."""
+    here, grid = Pose2(0.5, 0.5, 0.0), OccupancyGrid()
+    grid.grow_to_contain((0.0, 0.0), (3.0, 3.0))
+    grid.state[:] = Belief.FREE
+    clearance_m = np.ones(grid.shape, np.float32)
+    bearings_rad = np.linspace(-math.pi, math.pi, 60)
+    scan = Scan(bearings_rad, np.full(60, 0.8), max_range_m=2.0)
+    wave = Planner().flood(grid, clearance_m, grid.frame.cell_at(*here.position))
+    path = wave.path_to(grid.frame.cell_at(2.5, 2.0))
+    assert path is not None, "nothing is in the way"
+    Follower().follow(path, here, Twist2.zero(), scan, Pose2.identity(), grid, clearance_m)
 
 
 def rare_moments(explorer: Explorer, here: Pose2) -> None:

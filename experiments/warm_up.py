@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gc
+import importlib
 import multiprocessing
 import os
 import subprocess
@@ -14,7 +16,13 @@ from pathlib import Path
 from experiments.config import ExperimentConfig
 from experiments.episode import episode
 from experiments.experiment import make_explorer, make_robot
-from experiments.rehearsal import close_loops, garbage_left_alone, rare_moments
+from experiments.rehearsal import (
+    close_loops,
+    drive_a_way,
+    garbage_left_alone,
+    rare_moments,
+    settle_a_graph,
+)
 from experiments.streams import Streams
 from occmap.explorer_config import PaceConfig
 from occmap.geometry import Pose2, Twist2
@@ -23,21 +31,24 @@ from sim.building import Box, Building
 
 DRIVE_S = 4.0
 """Long enough to look around, plan and drive."""
-OTHER_HALF = "from experiments.warm_up import compile_slam; compile_slam()"
+OTHER_HALF = "from experiments.warm_up import compile_aside; compile_aside({pose!r})"
+FIRST_ASIDE = {"truth": "planner_kernels.search", "slam": "localization.search_kernels.stamp"}
+"""By the pose: a kernel of those that the other process compiles."""
 
 
 def warm_up(config: ExperimentConfig) -> None:
     """Explore a made-up room for a moment, and go through what happens seldom.
 
-    On a first run, a second process compiles slam's kernels meanwhile: they are half of all.
+    On a first run a second process compiles meanwhile, from the other end: each loads what the other
+    has compiled by then.
     """
     with garbage_left_alone():
+        with compiling_aside(config.pose):
+            seen = explore(config)
+            if config.pose == "slam":
+                settle_a_graph()
         if config.pose == "slam":
-            with compiling_slam_aside():
-                seen = explore(config)
             close_loops(seen)
-        else:
-            explore(config)
 
 
 def explore(config: ExperimentConfig) -> list[Observation]:
@@ -49,6 +60,17 @@ def explore(config: ExperimentConfig) -> list[Observation]:
     steps = list(episode(robot, explorer, limit_s=DRIVE_S))
     rare_moments(explorer, steps[-1].decision.map_from_robot)
     return [step.observation for step in steps]
+
+
+def compile_aside(pose: str) -> None:
+    """The driving first, which the process that explores comes to last; then what slam needs.
+
+    Garbage goes with the process.
+    """
+    gc.disable()
+    drive_a_way()
+    if pose == "slam":
+        compile_slam()
 
 
 def compile_slam() -> None:
@@ -74,18 +96,18 @@ def room() -> Building:
 
 
 @contextmanager
-def compiling_slam_aside() -> Iterator[None]:
-    """While entered, another process compiles slam's kernels into the cache that it shares with this one.
+def compiling_aside(pose: str) -> Iterator[None]:
+    """While entered, another process compiles kernels into the cache that it shares with this one.
 
     Only where that helps: on a first run, with a core to spare, and a cache that can be written to. If the
     other one fails, nothing is lost but time: this one compiles what it does not find.
     """
-    if not (is_first_run() and (os.cpu_count() or 1) > 1 and multiprocessing.parent_process() is None):
+    if not (is_first_run(pose) and (os.cpu_count() or 1) > 1 and multiprocessing.parent_process() is None):
         yield
         return
     path = os.pathsep.join(filter(None, sys.path))
     other = subprocess.Popen(
-        [sys.executable, "-c", OTHER_HALF],
+        [sys.executable, "-c", OTHER_HALF.format(pose=pose)],
         env=os.environ | {"PYTHONPATH": path},
         stdin=subprocess.DEVNULL,
         stdout=subprocess.DEVNULL,
@@ -99,10 +121,10 @@ def compiling_slam_aside() -> Iterator[None]:
         other.wait()
 
 
-def is_first_run() -> bool:
-    """Whether the search's kernel is not kept yet, and could be."""
-    from occmap.localization.search_kernels import stamp
-
-    cache = Path(str(stamp.stats.cache_path))
+def is_first_run(pose: str) -> bool:
+    """Whether a kernel that the other process would compile is not kept yet, and could be."""
+    module, name = FIRST_ASIDE.get(pose, FIRST_ASIDE["truth"]).rsplit(".", 1)
+    kernel = getattr(importlib.import_module(f"occmap.{module}"), name)
+    cache = Path(str(kernel.stats.cache_path))
     place = next(folder for folder in (cache, *cache.parents) if folder.exists())
-    return os.access(place, os.W_OK) and not any(cache.glob("search_kernels.stamp-*.nbi"))
+    return os.access(place, os.W_OK) and not any(cache.glob(f"{module.rpartition('.')[2]}.{name}-*.nbi"))

@@ -79,7 +79,8 @@ def watchers(state, clearance_m, side, cost_m, targets, ends, reach, share):
     ny, nx = cost_m.shape
     pairs = np.empty((256, 2), np.int64)
     n = 0
-    roomiest = np.full((ny, nx), -1, np.int64)
+    roomiest = np.empty((ny, nx), np.int64)
+    roomiest[:, :] = -1
     first = 0
     for k in range(ends.shape[0]):
         mine = targets[first : ends[k]]
@@ -104,7 +105,9 @@ def watchers(state, clearance_m, side, cost_m, targets, ends, reach, share):
                     seen += near and sees(state, x, y, tx, ty, depth + depth // 4 + 1)
                 if seen >= needed:
                     if n == pairs.shape[0]:
-                        pairs = np.concatenate((pairs, np.empty_like(pairs)))
+                        fewer, pairs = pairs, np.empty((2 * n, 2), np.int64)
+                        for j in range(n):
+                            pairs[j, 0], pairs[j, 1] = fewer[j, 0], fewer[j, 1]
                     pairs[n, 0], pairs[n, 1] = by * nx + bx, k
                     n += 1
     return pairs[:n]

@@ -90,7 +90,8 @@ def straighten(surfels, yaw, iterations, cosine, least_count, cell_m, reach_m, l
     for _ in range(iterations):
         total = offsets(surfels, yaw, cosine, least_count, cell_m, reach_m, histogram)
         lines = _peaks(histogram, line, least_wall)
-        sums = np.zeros((lines, 5))
+        sums = np.empty((lines, 5))
+        sums[:, :] = 0.0
         c, s = np.cos(yaw), np.sin(yaw)
         for p in range(surfels.shape[0]):
             row = surfels[p]

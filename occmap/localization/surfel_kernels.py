@@ -176,14 +176,15 @@ def refine(index, surfels, origin_x, origin_y, voxels_per_m, points, facing, sta
     sum of robust weights). About 0.05 ms for 180 points.
     """
     pose = start.copy()
-    hessian, pulled, offset = np.zeros((3, 3)), np.empty((3, 3)), np.empty(3)
+    hessian, pulled = np.empty((3, 3)), np.empty((3, 3))
+    gradient, offset = np.empty(3), np.empty(3)
     weight = 0.0
     per_point = 1.0 / (sigma_m * sigma_m)
     for k in range(scales.shape[0]):
         enough_m, enough_rad = (1e-4, 1e-5) if k == scales.shape[0] - 1 else (1e-3, 1e-4)
         for _ in range(iterations):
             hessian[:, :] = 0.0
-            gradient = np.zeros(3)
+            gradient[:] = 0.0
             weight = linearise(
                 index,
                 surfels,
@@ -221,7 +222,8 @@ def _solve3(a, b):
     c01 = a[1, 2] * a[2, 0] - a[1, 0] * a[2, 2]
     c02 = a[1, 0] * a[2, 1] - a[1, 1] * a[2, 0]
     det = a[0, 0] * c00 + a[0, 1] * c01 + a[0, 2] * c02
-    x = np.zeros(3)
+    x = np.empty(3)
+    x[:] = 0.0
     if det <= 1e-12:
         return x
     c11 = a[0, 0] * a[2, 2] - a[0, 2] * a[2, 0]

@@ -10,7 +10,8 @@ import pytest
 
 from experiments import warm_up
 from experiments.config import ExperimentConfig
-from experiments.rehearsal import garbage_left_alone
+from experiments.rehearsal import drive_a_way, garbage_left_alone, settle_a_graph
+from tests.experiments.loaded_kernels import kernels
 
 NOT_NEEDED = {
     "occmap.mapper_kernels.integrate_cones",  # an option: beams that are cones
@@ -42,32 +43,37 @@ def test_what_the_warm_up_has_made_is_never_looked_through_for_garbage():
 
 
 def test_the_other_half_is_compiled_aside_on_a_first_run_only(warm, monkeypatch):
-    assert not warm_up.is_first_run()
+    assert not any(warm_up.is_first_run(pose) for pose in ("truth", "slam", "odometry"))
 
     def never(*_, **__):
         raise AssertionError("no other process is needed")
 
     monkeypatch.setattr(warm_up.subprocess, "Popen", never)
-    with warm_up.compiling_slam_aside():
+    with warm_up.compiling_aside("slam"):
         pass
-    monkeypatch.setattr(warm_up, "is_first_run", lambda: True)
+    monkeypatch.setattr(warm_up, "is_first_run", lambda pose: True)
     monkeypatch.setattr(warm_up.os, "cpu_count", lambda: 1)
-    with warm_up.compiling_slam_aside():
+    with warm_up.compiling_aside("slam"):
         pass
 
 
 @pytest.mark.parametrize("other", ["raise SystemExit(1)", "import time; time.sleep(100)"])
 def test_another_process_that_fails_or_hangs_when_interrupted_is_no_matter(monkeypatch, other):
-    monkeypatch.setattr(warm_up, "is_first_run", lambda: True)
+    monkeypatch.setattr(warm_up, "is_first_run", lambda pose: True)
     monkeypatch.setattr(warm_up.os, "cpu_count", lambda: 2)
     monkeypatch.setattr(warm_up, "OTHER_HALF", other)
     if "sleep" in other:
-        with pytest.raises(KeyboardInterrupt), warm_up.compiling_slam_aside():
+        with pytest.raises(KeyboardInterrupt), warm_up.compiling_aside("slam"):
             raise KeyboardInterrupt
     else:
-        with warm_up.compiling_slam_aside():
+        with warm_up.compiling_aside("slam"):
             pass
 
 
-def test_what_slam_needs_can_be_compiled_by_itself(warm):
+def test_what_is_compiled_aside_is_what_the_drive_will_need(warm):
+    """In the same shapes: others would be compiled for nothing."""
+    shapes = {name: kernel.signatures for name, kernel in kernels()}
+    drive_a_way()
+    settle_a_graph()
     warm_up.compile_slam()
+    assert {name: kernel.signatures for name, kernel in kernels()} == shapes
