@@ -9,9 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from occmap.grid import Cells
+from occmap.lazy_arrays import lazy_zeros
 from occmap.terrain import Terrain
 
 NO_LIMIT = 1 << 62
+ROOM = 2
+"""Arrays are made for so many times the cells of a map, which may grow: what is not used costs nothing."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +65,8 @@ class SearchMemory:
         self.touched: NDArray[np.int32] = np.empty(0, np.int32)
         self.items: NDArray[np.int32] = np.empty((1 << 14, 2), np.int32)
         self.search_number = 0
+        self._rooms = self.cost, self.link, self.touched  # what these are cut from
+        self._n_filled = 0  # so many entries of cost's room are UNREACHED, or listed in touched
         self._heads: NDArray[np.int32] = np.empty(0, np.int32)
         self._at = np.array([0, -1, 0, 0])  # how far the search is: see the kernel
 
@@ -77,12 +82,7 @@ class SearchMemory:
         """
         from occmap import planner_kernels as kernels
 
-        n_cells = terrain.state.size
-        if self.cost.size != n_cells:
-            self.cost = np.full(n_cells, kernels.UNREACHED, np.int32)
-            self.link = np.zeros(n_cells, np.uint8)
-            self.touched = np.empty(n_cells, np.int32)
-            self._at[3] = 0
+        self._make_room(terrain.state.size)
         ring = _ring_size(int(prices.max()), request.bucket_bits)
         if len(self._heads) != ring + 2:
             self._heads = np.empty(ring + 2, np.int32)
@@ -93,6 +93,22 @@ class SearchMemory:
             if exact_below != kernels.OUT_OF_MEMORY:
                 return exact_below
             self.items = np.empty((2 * len(self.items), 2), np.int32)
+
+    def _make_room(self, n_cells: int) -> None:
+        """Cut the arrays to a map's size. Where it has grown, only what is new has to be filled."""
+        from occmap.planner_kernels import UNREACHED
+
+        if n_cells == self.cost.size:
+            return
+        is_short = n_cells > self._rooms[0].size
+        if is_short:
+            self._rooms = tuple(lazy_zeros((1, ROOM * n_cells), t)[0] for t in (np.int32, np.uint8, np.int32))
+        if is_short or n_cells < self.cost.size:
+            self._n_filled = self._at[3] = 0
+        cost, link, touched = self._rooms
+        cost[self._n_filled : n_cells] = UNREACHED
+        self._n_filled = n_cells
+        self.cost, self.link, self.touched = cost[:n_cells], link[:n_cells], touched[:n_cells]
 
     def widen(self, terrain: Terrain, start: int, prices: NDArray[np.int32], request: SearchRequest) -> int:
         """Go on with the last search up to the request's limit, over the same map and for no targets.

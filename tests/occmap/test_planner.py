@@ -97,6 +97,14 @@ def test_a_second_search_finds_the_same_after_the_first_was_forgotten():
     np.testing.assert_array_equal(costs_of(planner.flood(grid, clearance, (8, 8))), first)
 
 
+def test_a_map_that_grows_and_shrinks_is_searched_as_by_a_planner_new_to_it():
+    planner = Planner()
+    for n in (60, 70, 90, 130, 60, 40, 80, 200, 90):
+        grid, clearance = believed(clutter(np.random.default_rng(n), n))
+        expected = costs_of(Planner().flood(grid, clearance, (8, 8)))
+        np.testing.assert_array_equal(costs_of(planner.flood(grid, clearance, (8, 8))), expected)
+
+
 def test_a_flood_may_end_early_and_is_exact_where_it_got():
     grid, clearance = believed(clutter(np.random.default_rng(3)))
     planner = Planner()
