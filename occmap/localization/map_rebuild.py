@@ -18,6 +18,9 @@ SWEEP_M_PER_M2 = 2.0
 """Votes are collected in a window around the beams: to sweep a square metre costs as much as so long a beam.
 Outdoors, where few beams reach far, that is most of it."""
 
+LARGE_CELLS = 4_000_000
+"""To make a grid of more cells than this anew takes tens of milliseconds."""
+
 
 @dataclass(frozen=True)
 class MappedScan:
@@ -118,12 +121,21 @@ class MapRebuild:
         """Whether the room is known that the scans need, but for those added since."""
         self._room: Box | None = None
 
-    def make_room(self) -> None:
-        """Grow to all of the box at once, which costs nothing while it is empty."""
-        self.grid.grow_to_contain((self.box.low_x, self.box.low_y), (self.box.high_x, self.box.high_y))
+    def make_room(self, live: OccupancyGrid) -> None:
+        """Grow to all of the box at once, which costs nothing while it is empty.
 
-    def survey(self, scans: int) -> None:
-        """Look how much room so many scans more will need; once all are known, make it."""
+        And to all of the grid that it is built for, if that is large.
+        """
+        box = self.box
+        if live.state.size > LARGE_CELLS:
+            box = Box.over([box, extent(live)])
+        self.grid.grow_to_contain((box.low_x, box.low_y), (box.high_x, box.high_y))
+
+    def survey(self, scans: int, room_m: float = 0.0) -> None:
+        """Look how much room so many scans more will need; once all are known, make it.
+
+        Where that is much, with some around it: to grow later would take too long.
+        """
         last = min(self._surveyed + scans, len(self.scans))
         some = self.scans[self._surveyed : last]
         boxes = [mapped.box(mapped.map_from_lidar(self.map_from_submap)) for mapped in some]
@@ -134,7 +146,8 @@ class MapRebuild:
         self._surveyed = last
         self.is_surveyed = last == len(self.scans)
         if self.is_surveyed and self._room is not None:
-            room = self._room
+            is_large = self._room.area_m2 > LARGE_CELLS * self.grid.config.resolution_m**2
+            room = Box.over([self._room], room_m if is_large else 0.0)
             self.grid.grow_to_contain((room.low_x, room.low_y), (room.high_x, room.high_y))
 
     def step(self, scans: int, effort_m: float) -> bool:
@@ -152,40 +165,42 @@ class MapRebuild:
                 break  # growing copies all of it: enough for one turn
         return self._next == len(self.scans)
 
-    def paste_on(self, live: OccupancyGrid) -> None:
-        """Replace the box in a grid by what was built anew. In place: a copy of a campus takes too long."""
-        (ny, nx), (ox, oy) = self.grid.shape, self.grid.offset
-        self._grow_to_what_is_known(live)
-        rows, columns = self._cells(live)
-        dx, dy = ox - live.offset[0], oy - live.offset[1]
-        y0, x0 = min(max(rows.start, dy), rows.stop), min(max(columns.start, dx), columns.stop)
-        y1, x1 = max(min(rows.stop, dy + ny), y0), max(min(columns.stop, dx + nx), x0)
-        for layer, built, nothing in (
-            (live.log_odds, self.grid.log_odds, live.prior_log_odds),
-            (live.state, self.grid.state, Belief.UNKNOWN),
-            (live.hits, self.grid.hits, 0),
-        ):
-            around = (
-                layer[rows.start : y0, columns],
-                layer[y1 : rows.stop, columns],
-                layer[y0:y1, columns.start : x0],
-                layer[y0:y1, x1 : columns.stop],
-            )
-            for part in around:
-                fill_written(part, nothing)
-            copy_written(built[y0 - dy : y1 - dy, x0 - dx : x1 - dx], layer[y0:y1, x0:x1])
+    def joined_with(self, live: OccupancyGrid) -> OccupancyGrid:
+        """What was built within the box, and around it what a grid knows: one of the two, changed in place.
 
-    def _grow_to_what_is_known(self, live: OccupancyGrid) -> None:
-        """Make room in a grid for all that was built."""
-        r, (ny, nx), (ox, oy) = live.config.resolution_m, self.grid.shape, self.grid.offset
-        x, y = ox - live.offset[0], oy - live.offset[1]
-        if x >= 0 and y >= 0 and x + nx <= live.shape[1] and y + ny <= live.shape[0]:
-            return
-        is_known = self.grid.state != Belief.UNKNOWN
-        rows, columns = np.flatnonzero(is_known.any(axis=1)), np.flatnonzero(is_known.any(axis=0))
-        if len(rows):
-            low = (ox + columns[0]) * r, (oy + rows[0]) * r
-            live.grow_to_contain(low, ((ox + columns[-1] + 0.5) * r, (oy + rows[-1] + 0.5) * r))
+        A large one that would have to grow is not: its memory made anew would hold up the robot.
+        """
+        known = self._known()
+        is_large = live.state.size > LARGE_CELLS and has_room_for(self.grid, extent(live))
+        if known is not None and is_large and not has_room_for(live, known):
+            self._take_around(live)
+            return self.grid
+        self._paste_on(live, known)
+        return live
+
+    def _paste_on(self, live: OccupancyGrid, known: Box | None) -> None:
+        """Replace the box in a grid by what was built anew. In place: a copy of a campus takes too long."""
+        if known is not None:
+            live.grow_to_contain((known.low_x, known.low_y), (known.high_x, known.high_y))
+        copy_cells(self.grid, live, *self._cells(live))
+
+    def _take_around(self, live: OccupancyGrid) -> None:
+        """Replace all but the box by what a grid knows."""
+        (ny, nx), (rows, columns) = self.grid.shape, self._cells(self.grid)
+        copy_cells(live, self.grid, slice(0, rows.start), slice(0, nx))
+        copy_cells(live, self.grid, slice(rows.stop, ny), slice(0, nx))
+        copy_cells(live, self.grid, rows, slice(0, columns.start))
+        copy_cells(live, self.grid, rows, slice(columns.stop, nx))
+
+    def _known(self) -> Box | None:
+        """The centres of the cells in the box that anything is known of."""
+        rows, columns = self._cells(self.grid)
+        state = self.grid.state[rows, columns]  # a mask of all of it would cost more than to look
+        y, x = np.flatnonzero(state.any(axis=1)), np.flatnonzero(state.any(axis=0))
+        if len(y) == 0:
+            return None
+        low, high = (self.grid.frame.centre_of(columns.start + x[k], rows.start + y[k]) for k in (0, -1))
+        return Box(*low, *high)
 
     def _cells(self, grid: OccupancyGrid) -> tuple[slice, slice]:
         """The box as rows and columns of a grid's arrays."""
@@ -195,6 +210,39 @@ class MapRebuild:
         return slice(min(max(low_y, 0), ny), min(max(high_y, 0), ny)), slice(
             min(max(low_x, 0), nx), min(max(high_x, 0), nx)
         )
+
+
+def extent(grid: OccupancyGrid) -> Box:
+    """From the centre of a grid's first cell to that of its last."""
+    (ny, nx), frame = grid.shape, grid.frame
+    return Box(*frame.centre_of(0, 0), *frame.centre_of(nx - 1, ny - 1))
+
+
+def has_room_for(grid: OccupancyGrid, box: Box) -> bool:
+    """Whether the cells at a box's corners are cells of a grid."""
+    low, high = grid.frame.cell_at(box.low_x, box.low_y), grid.frame.cell_at(box.high_x, box.high_y)
+    return grid.contains(*low) and grid.contains(*high)
+
+
+def copy_cells(source: OccupancyGrid, target: OccupancyGrid, rows: slice, columns: slice) -> None:
+    """Make some rows and columns of a grid what they are in another; unknown where that has no room."""
+    (ny, nx), (dx, dy) = source.shape, (s - t for s, t in zip(source.offset, target.offset, strict=True))
+    y0, x0 = min(max(rows.start, dy), rows.stop), min(max(columns.start, dx), columns.stop)
+    y1, x1 = max(min(rows.stop, dy + ny), y0), max(min(columns.stop, dx + nx), x0)
+    for layer, known, nothing in (
+        (target.log_odds, source.log_odds, target.prior_log_odds),
+        (target.state, source.state, Belief.UNKNOWN),
+        (target.hits, source.hits, 0),
+    ):
+        around = (
+            layer[rows.start : y0, columns],
+            layer[y1 : rows.stop, columns],
+            layer[y0:y1, columns.start : x0],
+            layer[y0:y1, x1 : columns.stop],
+        )
+        for part in around:
+            fill_written(part, nothing)
+        copy_written(known[y0 - dy : y1 - dy, x0 - dx : x1 - dx], layer[y0:y1, x0:x1])
 
 
 def displacement_m(before: Pose2, after: Pose2, lever_m: float) -> float:

@@ -144,10 +144,7 @@ class ToldMap:
         if not self._rebuild.box.holds(self._affected()):
             self._begin()  # the robot has driven out of it meanwhile
             return None
-        if self._live is None:
-            self._live = self._rebuild.grid
-        else:
-            self._rebuild.paste_on(self._live)
+        self._live = self._rebuild.grid if self._live is None else self._rebuild.joined_with(self._live)
         self.map_from_submap, self._rebuild = self._corrected, None
         self._last = (-math.inf, Pose2.identity())
         return self._live
@@ -156,7 +153,7 @@ class ToldMap:
         """Do a turn's part of a rebuilding; whether that was the last."""
         c = self.config
         if self._live is None and not rebuild.is_surveyed:
-            rebuild.survey(c.surveyed_per_turn)
+            rebuild.survey(c.surveyed_per_turn, c.room_m)
             return False
         return rebuild.step(c.scans_per_turn, c.effort_m_per_turn)
 
@@ -172,7 +169,7 @@ class ToldMap:
         box = Box.everywhere() if self._live is None else Box.over([self._affected()], self.config.room_m)
         self._rebuild = MapRebuild(self.scans, self._corrected, box, self.mapper, self.grid_config)
         if self._live is not None:
-            self._rebuild.make_room()
+            self._rebuild.make_room(self._live)
 
     def _moved(self, to: list[Pose2], by_m: float) -> list[bool]:
         return [

@@ -45,15 +45,15 @@ def test_a_box_built_anew_replaces_the_same_box_in_a_grid_that_grows_only_to_wha
     """It is built in room made beforehand, so that nothing has to move while it grows."""
     scans, poses = [mapped(3.0)], [Pose2(0.0, 0.0, 0.0)]
     rebuild = MapRebuild(scans, poses, Box(-50.0, -40.0, 60.0, 40.0), Mapper(), GridConfig(0.1))
-    rebuild.make_room()
+    live = OccupancyGrid(GridConfig(0.1))
+    rebuild.make_room(live)
     arrays = rebuild.grid.log_odds, rebuild.grid.state
     while not rebuild.step(1, math.inf):
         pass
     assert rebuild.grid.log_odds is arrays[0]
     assert rebuild.grid.state is arrays[1]
-    live = OccupancyGrid(GridConfig(0.1))
     Mapper().insert(scans[0].scan, Pose2(start_x_m, 0.0, 0.0), live)
-    rebuild.paste_on(live)
+    assert rebuild.joined_with(live) is live
     ny, nx = live.shape
     assert nx * 0.1 < (start_x_m + 20.0) * 1.6
     assert ny * 0.1 < 20.0
@@ -61,3 +61,35 @@ def test_a_box_built_anew_replaces_the_same_box_in_a_grid_that_grows_only_to_wha
     iy, ix = np.nonzero(rebuild.grid.state)
     assert np.array_equal(np.argwhere(live.state), np.column_stack((iy + dy, ix + dx)))
     assert (live.log_odds[iy + dy, ix + dx] == rebuild.grid.log_odds[iy, ix]).all()
+
+
+def known(grid: OccupancyGrid):
+    """Where something is known, on the lattice that all grids share, and what."""
+    iy, ix = np.nonzero(grid.state)
+    return (
+        np.column_stack((ix, iy)) + grid.offset,
+        grid.state[iy, ix],
+        grid.log_odds[iy, ix],
+        grid.hits[iy, ix],
+    )
+
+
+@pytest.mark.parametrize("start_x_m", [61.0, 100.0])
+def test_a_large_grid_that_would_have_to_grow_is_not_changed_but_what_was_built_for_it(start_x_m: float):
+    """It comes to the same as in a grid that has the room."""
+    config, box = GridConfig(0.05), Box(60.0, -28.0, 150.0, 38.0)
+    there = Pose2(start_x_m, 2.0, 0.0)  # at 61 m it votes beyond the box, too
+    rebuild = MapRebuild([mapped(3.0)], [there], box, Mapper(), config)
+    live, roomy = OccupancyGrid(config), OccupancyGrid(config)
+    live.grow_to_contain((-150.0, -30.0), (63.5, 40.0))
+    roomy.grow_to_contain((-150.0, -30.0), (170.0, 40.0))
+    for grid in (live, roomy):
+        for x_m in (-20.0, 30.0, 60.0):
+            Mapper().insert(mapped(3.0).scan, Pose2(x_m, 0.0, 0.0), grid)
+    rebuild.make_room(live)
+    assert rebuild.step(1, math.inf)
+    assert rebuild.joined_with(roomy) is roomy
+    joined = rebuild.joined_with(live)
+    assert joined is rebuild.grid
+    for ours, theirs in zip(known(joined), known(roomy), strict=True):
+        assert np.array_equal(ours, theirs)
