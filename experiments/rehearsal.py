@@ -76,7 +76,7 @@ def rare_moments(explorer: Explorer, here: Pose2) -> None:
     mouth = Frontier(np.array([cell] * MANY), here.position, MANY)
     watched = np.array([here.position])
     goal = Goal(replace(mouth, size=1), here.position, math.inf, math.nan, 0.0, watched)
-    chooser.is_worth_the_way(goal, grid)
+    chooser.in_sight_m2(grid, *cell)
     chooser.is_gone(replace(goal, is_nook=True), grid, explorer.map.frontier_mask)
     chooser.goal_into_nook(mouth, grid, wave, 1.0)
     looks = FailedLooks()

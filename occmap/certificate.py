@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from occmap.decision import Reason, UnknownLeft
+from occmap.glimpses import glimpses
 from occmap.grid import Belief, OccupancyGrid
 
 if TYPE_CHECKING:
@@ -43,8 +44,8 @@ def certify(
     beyond: others, on the far side of the boundary.
     slits: mouths of nooks along walls, which are no frontiers as such, not worth the way.
 
-    Where the body cannot come up to a frontier, a gap too narrow for it is what is wrong, however often
-    the robot has looked in from a distance.
+    Where the body cannot come up to a frontier, a gap too narrow for it is what is wrong, however short
+    the part of it in sight is, and however often the robot has looked in from a distance.
     """
     cost, below = wave.fixed_point()
     reached = cost < below
@@ -52,38 +53,50 @@ def certify(
     ndimage.label(grid.state == Belief.FREE, output=regions)
     own_regions = np.unique(regions[reached])
 
+    body = f"a body {2.0 * body_radius_m:.2f} m wide"
     least_m = goals.least_frontier_m(grid.frame.resolution_m)
 
     def reason_for(frontier: Frontier) -> tuple[Reason, str]:
         size_m = frontier.size * grid.frame.resolution_m
-        if size_m < least_m:
-            least = f"shorter than the {least_m:.2f} m worth a look"
-            return Reason.SPECK, f"{size_m:.2f} m long, {least}"
         if not np.isin(regions[frontier.cells[:, 1], frontier.cells[:, 0]], own_regions).any():
             return Reason.SEALED, "no free space leads to it"
-        if any(frontier is other for other in unvisited):
-            if is_early:
-                return Reason.UNVISITED, "in reach and worth a look, but the run ended first"
-            promise = f"promises less than {goals.worth_gain_m2:.2f} m²"
-            return Reason.SPECK, f"{size_m:.2f} m long, {promise}: not worth the way"
-        failed = looks.at(frontier, grid)
+        is_worth_a_look = size_m >= least_m
+        is_unvisited = is_worth_a_look and any(frontier is other for other in unvisited)
+        if is_unvisited and is_early:
+            return Reason.UNVISITED, "in reach and worth a look, but the run ended first"
+        failed = looks.at(frontier, grid) if is_worth_a_look else []
         away_m = _distance_m(frontier, grid, reached)
-        if failed and away_m < body_radius_m + 2.0 * grid.frame.resolution_m:
-            return failed[-1].reason, f"{len(failed)} tries: {failed[-1].why}"
-        body = f"a body {2.0 * body_radius_m:.2f} m wide"
-        return Reason.TOO_NARROW, f"{body} comes no nearer than {min(away_m, FAR_M):.2f} m"
+        corner_m = 0.0 if is_worth_a_look else body_radius_m  # noise flickers in corners, too
+        is_apart = away_m >= body_radius_m + corner_m + 2.0 * grid.frame.resolution_m
+        if is_apart or (is_worth_a_look and not failed and not is_unvisited):
+            return Reason.TOO_NARROW, f"{body} comes no nearer than {min(away_m, FAR_M):.2f} m"
+        if is_unvisited:
+            return not_worth_the_way(size_m, f"{size_m:.2f} m long")
+        if not is_worth_a_look:
+            return Reason.SPECK, f"{size_m:.2f} m long, shorter than the {least_m:.2f} m worth a look"
+        return failed[-1].reason, f"{len(failed)} tries: {failed[-1].why}"
+
+    def not_worth_the_way(size_m: float, what: str) -> tuple[Reason, str]:
+        if size_m < 2.0 * body_radius_m:
+            return Reason.TOO_NARROW, f"{what}: {body} does not fit, and it is not worth the way"
+        return Reason.SPECK, f"{what}: not worth the way"
 
     def left(frontier: Frontier, reason: Reason, why: str) -> UnknownLeft:
         return UnknownLeft(frontier.centroid_in_map, frontier.size * grid.frame.resolution_m, reason, why)
 
-    def reason_for_slit(mouth: Frontier) -> tuple[Reason, str]:
-        size_m = mouth.size * grid.frame.resolution_m
-        why = f"a slit {size_m:.2f} m wide, not worth the way"
-        return (Reason.TOO_NARROW if size_m < 2.0 * body_radius_m else Reason.SPECK), why
-
-    narrow = (left(mouth, *reason_for_slit(mouth)) for mouth in slits)
+    widths_m = [mouth.size * grid.frame.resolution_m for mouth in slits]
+    narrow = (
+        left(mouth, *not_worth_the_way(width_m, f"a slit {width_m:.2f} m wide"))
+        for mouth, width_m in zip(slits, widths_m, strict=True)
+    )
     outside = (left(frontier, Reason.OUTSIDE, "beyond the boundary") for frontier in beyond)
-    return (*(left(frontier, *reason_for(frontier)) for frontier in frontiers), *narrow, *outside)
+    glimpsed = () if is_early else glimpses(grid)
+    seen_through = (
+        UnknownLeft(place, size_m, Reason.TOO_NARROW, "glimpsed through a gap, by too few beams to tell")
+        for place, size_m in glimpsed
+    )
+    own = (left(frontier, *reason_for(frontier)) for frontier in frontiers)
+    return (*own, *narrow, *seen_through, *outside)
 
 
 def _distance_m(frontier: Frontier, grid: OccupancyGrid, reached: NDArray[np.bool_]) -> float:

@@ -65,7 +65,7 @@ class Explorer:
         self.looks = FailedLooks()
         self.search = GoalSearch(GoalChooser(config.goals), self.looks, boundary)
         self.mobility = Mobility(config.stuck, config.recovery)
-        self.setbacks = Setbacks(config.pursuit, self.planner, self.looks)
+        self.setbacks = Setbacks(config.pursuit, self.planner, self.looks, self.search.looked_at)
         self.ending = Ending(config.ending)
         self.status = Status.EXPLORING
         self.pursuit: Pursuit | None = None
@@ -114,7 +114,7 @@ class Explorer:
         self.map.replace(grid, here)
         self._considered_m2 = 0.0
         self.ending.carry_over(new_map_from_old_map, grid)
-        self.looks.carry_over(new_map_from_old_map)
+        self.search.carry_over(new_map_from_old_map)
         self.planner.barred.carry_over(new_map_from_old_map)
         if self.pursuit is not None:
             self.pursuit.carry_over(new_map_from_old_map)
@@ -172,6 +172,7 @@ class Explorer:
         if pursuit is None:
             return self.ending.is_search_due(now_s)
         if self.search.chooser.is_gone(pursuit.goal, self.grid, self.map.frontier_mask):
+            self.search.looked_at.note(pursuit.goal, self.grid)
             self.pursuit = None
             return True
         if pursuit.has_arrived or pursuit.is_void:
@@ -215,6 +216,7 @@ class Explorer:
                 self._goal_switches += 1
                 self._note(self.setbacks.turn_back(pursuit, self.grid, now_s))
             self._note(str(goal))
+            self.search.set_out(goal, self.grid)
         self._replans += 1
         is_tight = path.keep_clear_m < self.body.radius_m
         self.pursuit = Pursuit(self.config.pursuit, goal, path, self.grid, now_s, is_tight)

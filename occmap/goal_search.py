@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
 from occmap.boundary import Boundary
 from occmap.frontiers import Frontier, near_to
+from occmap.geometry import Pose2
 from occmap.goals import SAME_GOAL_M, Goal, GoalChooser, best_of
 from occmap.hopeless import Hopeless
 from occmap.leftovers import Leftovers
+from occmap.looked_at import LookedAt
 from occmap.memory import FailedLooks
 from occmap.nooks import Nooks
 from occmap.strategies import is_by_cost_alone
-from occmap.tour import Stop, Tour
+from occmap.tour import Tour
+from occmap.views import Views
 
 if TYPE_CHECKING:
     from occmap.grid import OccupancyGrid
@@ -28,8 +31,6 @@ Flood = Callable[[float], "Wavefront"]
 BOUNDS_M = (4.0, 16.0, 32.0, 64.0, 128.0)
 """How far a flood goes, step by step: most goals are near, and a flood costs what it covers."""
 
-FAR_LOOKS = 2
-"""A frontier that can only be seen from afar is given up after so many looks."""
 NEAR_M = 5.0
 """No viewpoint is farther from the middle of its frontier: half a frontier's extent and the look."""
 TOUR_CELLS = 3_000_000
@@ -57,10 +58,21 @@ class GoalSearch:
     def __init__(self, chooser: GoalChooser, looks: FailedLooks, boundary: Boundary | None = None) -> None:
         self.chooser = chooser
         self.looks = looks
+        self.looked_at = LookedAt()
+        self._views = Views(chooser, looks, self.looked_at)
         self._nooks = Nooks(chooser, looks, boundary)
         self._leftovers: Leftovers | None = None
-        self._hopeless = Hopeless()
+        self._hopeless, self._unworthy = Hopeless(), Hopeless()
         self._tour = Tour(chooser.config.tour) if chooser.config.strategy == "tour" else None
+
+    def carry_over(self, new_map_from_old_map: Pose2) -> None:
+        """Follow a correction of the map."""
+        self.looks.carry_over(new_map_from_old_map)
+        self.looked_at.carry_over(new_map_from_old_map)
+
+    def set_out(self, goal: Goal, grid: OccupancyGrid) -> None:
+        """Take in that the robot drives to another goal."""
+        self.looked_at.set_out(goal, grid, is_far=goal.cost_m > self.chooser.config.worth_way_m)
 
     def run(
         self,
@@ -82,11 +94,14 @@ class GoalSearch:
         tour = self._tour if grid.state.size <= TOUR_CELLS else None
         look = self._widening if tour is None else partial(self._along_tour, tour)
         goals, wave = look(frontiers, grid, flood, pursued, way_left_m)
+        if pursued is not None and pursued.is_nook and 0.0 < way_left_m < _cheapest_m(goals):
+            return Search(pursued, (pursued,), wave)  # nooks come last, but not once it is nearly there
         if not goals:
-            goals = self._from_afar(list(self._worth_a_look(frontiers, grid)), grid, wave, max_range_m)
+            left = list(self._views.worth_a_look(frontiers, grid))
+            goals = self._views.from_afar(left, grid, wave, max_range_m)
         if not goals:
             edges = self._nooks.edges(grid)
-            goals = self._worthy(self._nooks.goals(edges, grid, wave, max_range_m), grid)
+            goals = self._views.worthy(self._nooks.goals(edges, grid, wave, max_range_m), grid)
             if wave.n_reached > LARGE_CELLS:
                 self._leftovers = Leftovers({id(each): each for each in frontiers}, edges, grid.state)
         return Search(self._prefer(goals, pursued), tuple(goals), wave)
@@ -114,10 +129,10 @@ class GoalSearch:
         for bound_m in BOUNDS_M:
             wave = flood(bound_m)
             near = near_to(wave.start_in_map, new, bound_m + NEAR_M)
-            goals = self._from_near(self._worth_a_look(near, grid), grid, wave)
+            goals = self._views.from_near(self._views.worth_a_look(near, grid), grid, wave)
             if not goals:
                 mouths = near_to(wave.start_in_map, left.edges, bound_m + max_range_m)
-                goals = self._worthy(self._nooks.goals(mouths, grid, wave, max_range_m), grid)
+                goals = self._views.worthy(self._nooks.goals(mouths, grid, wave, max_range_m), grid)
             if pursued is not None and self._stays_best(bound_m, goals, wave, way_left_m):
                 return Search(pursued, (pursued,), wave)
             if goals and not self._may_widening_help(bound_m, goals, pursued):
@@ -128,19 +143,18 @@ class GoalSearch:
         self, frontiers: Sequence[Frontier], grid: OccupancyGrid, wave: Wavefront, max_range_m: float
     ) -> list[Frontier]:
         """Those that could still be looked into, worth it or not, given a flood of all in reach."""
-        worth_a_look = list(self._worth_a_look(frontiers, grid))
+        worth_a_look = list(self._views.worth_a_look(frontiers, grid))
         return [
             frontier
             for frontier, failed in worth_a_look
-            if self._first_look(frontier, self.chooser.looks_at(frontier, grid)[failed:], grid, wave)
+            if self._views.first(frontier, self.chooser.looks_at(frontier, grid)[failed:], grid, wave)
             is not None
-            or any(self._looks_from_afar([(frontier, failed)], grid, wave, max_range_m))
+            or any(self._views.all_from_afar([(frontier, failed)], grid, wave, max_range_m))
         ]
 
     def slits_left(self, grid: OccupancyGrid, wave: Wavefront, max_range_m: float) -> list[Frontier]:
-        """The mouths of nooks that nobody has looked into, for none is worth the way."""
-        nooks = self._nooks.goals(self._nooks.edges(grid), grid, wave, max_range_m)
-        return [goal.frontier for goal in nooks]
+        """The mouths of slits along walls that nobody has looked into: not worth the way, or too narrow."""
+        return self._nooks.slits(grid, wave, max_range_m)
 
     def _prefer(self, goals: Sequence[Goal], pursued: Goal | None) -> Goal | None:
         """The best goal, but for hysteresis."""
@@ -162,24 +176,40 @@ class GoalSearch:
     ) -> tuple[list[Goal], Wavefront]:
         """Goals at the first stop of a tour that has any; what no tour gets to is sought as without one."""
         wave = flood(BOUNDS_M[0])
-        hopeless = self._hopeless.among(frontiers, grid)
-        candidates = [each for each in self._worth_a_look(frontiers, grid) if id(each[0]) not in hopeless]
+        views, candidates = self._views, self._candidates(frontiers, grid, wave)
         heading = _nearest_to(pursued, candidates)
         sights = [self.chooser.sight_of(each, grid, failed) for each, failed in candidates]
         for stop in tour.stops(sights, wave.terrain, wave.start_cell, heading):
             members = [candidates[k] for k in stop.members]
             for detour in DETOURS:
                 wave = flood(max(BOUNDS_M[0], detour * stop.cost_m + NEAR_M))
-                goals = self._from_lookout(stop, members, grid, wave) or self._from_near(members, grid, wave)
+                goals = views.from_lookout(stop, members, grid, wave) or views.from_near(members, grid, wave)
                 if goals:
                     return goals, wave
                 looks = [(each, self.chooser.looks_at(each, grid)[n:]) for each, n in members]
-                if any(self._first_look(each, some, grid, wave) for each, some in looks):
+                if any(views.first(each, some, grid, wave) for each, some in looks):
+                    for frontier, _ in members:
+                        self._unworthy.note(frontier, grid)
                     break  # not worth the way, from here
             else:
                 for frontier, _ in members:
                     self._hopeless.note(frontier, grid)
         return self._widening(frontiers, grid, flood, pursued, way_left_m)
+
+    def _candidates(
+        self, frontiers: Sequence[Frontier], grid: OccupancyGrid, wave: Wavefront
+    ) -> list[tuple[Frontier, int]]:
+        """What a tour goes through: not what nobody can look into, nor what is far and not worth the way."""
+        hopeless = self._hopeless.among(frontiers, grid)
+        unworthy, far_m = self._unworthy.among(frontiers, grid), self.chooser.config.worth_way_m + NEAR_M
+        return [
+            (frontier, failed)
+            for frontier, failed in self._views.worth_a_look(frontiers, grid)
+            if id(frontier) not in hopeless
+            and not (
+                id(frontier) in unworthy and math.dist(wave.start_in_map, frontier.centroid_in_map) > far_m
+            )
+        ]
 
     def _widening(
         self,
@@ -193,7 +223,7 @@ class GoalSearch:
         for bound_m in (*BOUNDS_M, math.inf):
             wave = flood(bound_m)
             near = near_to(wave.start_in_map, frontiers, bound_m + NEAR_M)
-            goals = self._from_near(self._worth_a_look(near, grid), grid, wave)
+            goals = self._views.from_near(self._views.worth_a_look(near, grid), grid, wave)
             if pursued is not None and self._stays_best(bound_m, goals, wave, way_left_m):
                 return [pursued], wave
             if wave.is_exhausted or not self._may_widening_help(bound_m, goals, pursued):
@@ -214,97 +244,9 @@ class GoalSearch:
         slack_m = self.chooser.config.hysteresis_m if is_missing else 0.0
         return self.chooser.may_be_beaten_beyond(bound_m, best.utility - slack_m)
 
-    def _worth_a_look(
-        self, frontiers: Sequence[Frontier], grid: OccupancyGrid
-    ) -> Iterator[tuple[Frontier, int]]:
-        """Frontiers that are no specks and not yet given up, each with the number of looks that failed."""
-        config, resolution_m = self.chooser.config, grid.frame.resolution_m
-        least_m = config.least_frontier_m(resolution_m)
-        for frontier in frontiers:
-            if frontier.size * resolution_m < least_m:
-                continue
-            failed = len(self.looks.at(frontier, grid))
-            if failed < len(config.look_from_m):
-                yield frontier, failed
 
-    def _from_lookout(
-        self, stop: Stop, members: Sequence[tuple[Frontier, int]], grid: OccupancyGrid, wave: Wavefront
-    ) -> list[Goal]:
-        """The look at all that a stop's lookout shows, if there is a way to it that is worth it."""
-        if stop.lookout is None:
-            return []
-        together = [frontier for frontier, _ in members[: stop.in_sight]]
-        return self._worthy([self.chooser.goal_at(stop.lookout, together, grid, wave)], grid)
-
-    def _from_near(
-        self, frontiers: Iterable[tuple[Frontier, int]], grid: OccupancyGrid, wave: Wavefront
-    ) -> list[Goal]:
-        """Looks at the frontiers, but for those that cost too much: to compete with the best, or at all.
-
-        In the order they come, which is by the crow's distance: the best turns up early. Until there is
-        one, each frontier gets every look that may help; from then on, the widest has to do.
-        """
-        goals: list[Goal] = []
-        best: Goal | None = None
-        for frontier, failed in frontiers:
-            looks = self.chooser.looks_at(frontier, grid)[failed:]
-            looks = looks if best is None else looks[:1]
-            goal = self._first_look(frontier, looks, grid, wave, self.chooser.affordable_m(best))
-            if goal is not None and self.chooser.is_worth_the_way(goal, grid):
-                goals.append(goal)
-                best = best_of((best, goal)) if best is not None else goal
-        return goals
-
-    def _first_look(
-        self,
-        frontier: Frontier,
-        looks: Sequence[tuple[float, float]],
-        grid: OccupancyGrid,
-        wave: Wavefront,
-        within_m: float = math.inf,
-    ) -> Goal | None:
-        """The first of some looks (from_m, into_m) that there is a place for."""
-        for from_m, into_m in looks:
-            goal = self.chooser.goal_for(frontier, grid, wave, from_m, into_m, within_m=within_m)
-            if goal is not None:
-                return goal
-        return None
-
-    def _from_afar(
-        self,
-        frontiers: Sequence[tuple[Frontier, int]],
-        grid: OccupancyGrid,
-        wave: Wavefront,
-        max_range_m: float,
-    ) -> list[Goal]:
-        """Goals to be seen from afar that are worth the way: from as near as there are any."""
-        for goals in self._looks_from_afar(frontiers, grid, wave, max_range_m):
-            if worthy := self._worthy(goals, grid):
-                return worthy
-        return []
-
-    def _looks_from_afar(
-        self,
-        frontiers: Sequence[tuple[Frontier, int]],
-        grid: OccupancyGrid,
-        wave: Wavefront,
-        max_range_m: float,
-    ) -> Iterator[list[Goal]]:
-        """Through a slot, from a narrow passage, at a part of it only: worth fewer tries than from near."""
-        config = self.chooser.config
-        near_m, into_m = config.look_from_m[0], config.look_into_m[-1]
-        for from_m in (near_m, 0.5 * max_range_m, max_range_m):
-            found = (
-                self.chooser.goal_for(frontier, grid, wave, from_m, into_m, stride=1, share=0.0)
-                for frontier, failed in frontiers
-                if failed < FAR_LOOKS
-                and (from_m <= near_m or frontier.size * grid.frame.resolution_m >= config.min_far_frontier_m)
-            )
-            yield [goal for goal in found if goal is not None]
-
-    def _worthy(self, goals: Iterable[Goal | None], grid: OccupancyGrid) -> list[Goal]:
-        """Those there are and that are worth the way."""
-        return [goal for goal in goals if goal is not None and self.chooser.is_worth_the_way(goal, grid)]
+def _cheapest_m(goals: Sequence[Goal]) -> float:
+    return min((goal.cost_m for goal in goals), default=0.0)
 
 
 def _nearest_to(goal: Goal | None, candidates: Sequence[tuple[Frontier, int]]) -> int | None:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from occmap.frontiers import Frontier
 from occmap.geometry import Points, Pose2
-from occmap.goal_config import GoalConfig
+from occmap.goal_config import SPECK_M, GoalConfig
 from occmap.grid import OccupancyGrid
 from occmap.lookouts import SEEN_SHARE, Sight
 from occmap.strategies import is_by_cost_alone, worth
@@ -195,9 +195,7 @@ class GoalChooser:
         for into_m in INTO_NOOK_M:
             deepest = max(1, round(into_m / r))
             least = max(1, round(max(0.5 * into_m, NOOK_DEPTH_M) / r))
-            inside = self._kernels.unknown_inside(grid.state, mouth.cells, least, deepest)
-            belief = grid.log_odds[inside[:, 1], inside[:, 0]]
-            untouched = inside[np.abs(belief - grid.prior_log_odds) < 0.1]
+            untouched = self._untouched_inside(mouth, grid, least, deepest)
             if len(untouched) < TARGETS:
                 continue
             sample = untouched[:: len(untouched) // TARGETS].copy()
@@ -208,17 +206,19 @@ class GoalChooser:
                     return replace(goal, is_nook=True, gain_m2=mouth.size * depth_cells * r * r)
         return None
 
-    def is_worth_the_way(self, goal: Goal, grid: OccupancyGrid) -> bool:
-        """Whether a goal is near, or promises to show something: a small leftover far away does not."""
-        c, r = self.config, grid.frame.resolution_m
-        if goal.cost_m <= c.worth_way_m:
-            return True
-        if goal.is_nook:
-            return goal.gain_m2 >= c.worth_nook_m2
-        if goal.frontier.size * r >= LONG_M:
-            return True
-        ix, iy = grid.frame.cell_at(*goal.viewpoint_in_map)
-        return self._in_sight_m2(grid, ix, iy) >= c.worth_gain_m2
+    def is_crack(self, edge: Frontier, grid: OccupancyGrid) -> bool:
+        """Whether an edge along walls, too narrow for the body, opens onto as deep a slit as nooks are."""
+        r = grid.frame.resolution_m
+        deep = max(1, round(INTO_NOOK_M[-1] / r))
+        return edge.size * r < SPECK_M and len(self._untouched_inside(edge, grid, deep, deep)) > 0
+
+    def _untouched_inside(
+        self, mouth: Frontier, grid: OccupancyGrid, least: int, deepest: int
+    ) -> NDArray[np.int64]:
+        """(n, 3) cells x, y and depth so many steps behind a mouth that no beam has ever got to."""
+        inside = self._kernels.unknown_inside(grid.state, mouth.cells, least, deepest)
+        belief = grid.log_odds[inside[:, 1], inside[:, 0]]
+        return inside[np.abs(belief - grid.prior_log_odds) < 0.1]
 
     def _gain_m2(self, frontier: Frontier, grid: OccupancyGrid, ix: int, iy: int) -> float:
         r = grid.frame.resolution_m
@@ -226,9 +226,9 @@ class GoalChooser:
             return math.nan
         if self.config.gain == "size":
             return frontier.size * r * 1.0
-        return self._in_sight_m2(grid, ix, iy)
+        return self.in_sight_m2(grid, ix, iy)
 
-    def _in_sight_m2(self, grid: OccupancyGrid, ix: int, iy: int) -> float:
+    def in_sight_m2(self, grid: OccupancyGrid, ix: int, iy: int) -> float:
         """Unknown area that a look from a cell is expected to reveal."""
         r = grid.frame.resolution_m
         reach = int(self.config.gain_range_m / r)

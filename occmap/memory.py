@@ -43,15 +43,12 @@ class FailedLooks:
     """Frontiers looked at in vain; forgotten where the map around them has changed since."""
 
     def __init__(self) -> None:
-        from occmap import goals_kernels  # compiled on first use, not on import
-
         self._looks: list[FailedLook] = []
-        self._kernels = goals_kernels
 
     def note(self, goal: Goal, reason: Reason, why: str, grid: OccupancyGrid) -> None:
         """Remember a look in vain."""
         for watched in (goal.watched_in_map, *goal.also_watched_in_map):
-            place = _middle(watched)
+            place = middle(watched)
             self._looks.append(FailedLook(place, reason, why, known_around(place, grid)))
 
     def at(self, frontier: Frontier, grid: OccupancyGrid) -> list[FailedLook]:
@@ -59,31 +56,34 @@ class FailedLooks:
         reach_m = SAME_PLACE_M + frontier.size * grid.frame.resolution_m
         if not any(math.dist(look.in_map, frontier.centroid_in_map) < reach_m for look in self._looks):
             return []
-        place = _middle(grid.frame.map_from_cell(frontier.cells))
+        place = middle(grid.frame.map_from_cell(frontier.cells))
         near = [look for look in self._looks if math.dist(look.in_map, place) < SAME_PLACE_M]
         return [
             look
             for look in near
-            if self._are_joined(look.in_map, place, grid)
+            if are_joined(look.in_map, place, grid)
             and not has_changed_around(look.in_map, look.known_cells, grid)
         ]
 
     def carry_over(self, new_map_from_old_map: Pose2) -> None:
         """Follow a correction of the map."""
         self._looks = [
-            replace(look, in_map=_middle(new_map_from_old_map.apply(np.array([look.in_map]))))
+            replace(look, in_map=middle(new_map_from_old_map.apply(np.array([look.in_map]))))
             for look in self._looks
         ]
 
-    def _are_joined(self, a: tuple[float, float], b: tuple[float, float], grid: OccupancyGrid) -> bool:
-        """Whether no wall is between a place and a frontier cell: what is behind it is another frontier."""
-        cell = grid.frame.cell_at(*a)
-        if not grid.contains(*cell):
-            return False
-        return self._kernels.sees(grid.state, *cell, *grid.frame.cell_at(*b), grid.state.size)
+
+def are_joined(a: tuple[float, float], b: tuple[float, float], grid: OccupancyGrid) -> bool:
+    """Whether no wall is between a place and a frontier cell: what is behind it is another frontier."""
+    from occmap.goals_kernels import sees  # compiled on first use, not on import
+
+    cell = grid.frame.cell_at(*a)
+    if not grid.contains(*cell):
+        return False
+    return sees(grid.state, *cell, *grid.frame.cell_at(*b), grid.state.size)
 
 
-def _middle(places: Points) -> tuple[float, float]:
+def middle(places: Points) -> tuple[float, float]:
     """The one of (n, 2) places that is nearest to their centroid."""
     x, y = places[np.argmin(((places - places.mean(axis=0)) ** 2).sum(axis=1))]
     return float(x), float(y)

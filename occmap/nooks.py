@@ -4,12 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
+import numpy as np
+
 from occmap.boundary import Boundary
 from occmap.frontiers import Frontier, FrontierConfig, FrontierMap
 from occmap.goals import Goal, GoalChooser
 from occmap.grid import OccupancyGrid
 from occmap.memory import FailedLooks
 from occmap.wavefront import Wavefront
+
+BESIDE_M = 0.5
+"""A crack in a wall that the robot can come up to is no farther from where its axis can be."""
 
 
 class Nooks:
@@ -22,9 +27,20 @@ class Nooks:
 
     def edges(self, grid: OccupancyGrid) -> list[Frontier]:
         """Every edge of the unknown long enough for a nook; the frontier map leaves walls' rims out."""
+        return self._edges(grid, self._chooser.config.least_nook_m(grid.frame.resolution_m))
+
+    def slits(self, grid: OccupancyGrid, wave: Wavefront, max_range_m: float) -> list[Frontier]:
+        """The mouths of nooks not looked into, and narrow ones that cracks look like."""
+        edges = self._edges(grid, 0.0)
+        nooks = [goal.frontier for goal in self.goals(edges, grid, wave, max_range_m)]
+        told = {id(mouth.cells) for mouth in nooks}
+        others = [edge for edge in edges if id(edge.cells) not in told and _is_beside(edge, grid, wave)]
+        return nooks + [edge for edge in others if self._chooser.is_crack(edge, grid)]
+
+    def _edges(self, grid: OccupancyGrid, least_m: float) -> list[Frontier]:
         every_edge = FrontierMap(FrontierConfig(ignore_rim=False))
         every_edge.rebuild(grid)
-        edges = every_edge.clusters(grid, self._chooser.config.least_nook_m(grid.frame.resolution_m))
+        edges = every_edge.clusters(grid, least_m)
         return edges if self._boundary is None else self._boundary.split(edges, grid)[0]
 
     def goals(
@@ -36,3 +52,11 @@ class Nooks:
                 goal = self._chooser.goal_into_nook(edge, grid, wave, 0.5 * max_range_m)
                 if goal is not None:
                     yield goal
+
+
+def _is_beside(edge: Frontier, grid: OccupancyGrid, wave: Wavefront) -> bool:
+    """Whether the body gets to within BESIDE_M of an edge: beyond glass there are cracks without number."""
+    reach = round(BESIDE_M / grid.frame.resolution_m)
+    (x0, y0), (x1, y1) = np.maximum(edge.cells.min(axis=0) - reach, 0), edge.cells.max(axis=0) + reach + 1
+    cost, below = wave.fixed_point()
+    return bool((cost[y0:y1, x0:x1] < below).any())

@@ -5,6 +5,7 @@ from __future__ import annotations
 from occmap.geometry import Pose2
 from occmap.grid import OccupancyGrid
 from occmap.living_map import LivingMap
+from occmap.looked_at import LookedAt
 from occmap.memory import FailedLooks
 from occmap.planner import Planner
 from occmap.pursuit import Failure, Learning, Pursuit, PursuitConfig
@@ -17,10 +18,13 @@ class Setbacks:
     anything did.
     """
 
-    def __init__(self, config: PursuitConfig, planner: Planner, looks: FailedLooks) -> None:
+    def __init__(
+        self, config: PursuitConfig, planner: Planner, looks: FailedLooks, looked_at: LookedAt
+    ) -> None:
         self.learning = Learning(config)
         self._planner = planner
         self._looks = looks
+        self._looked_at = looked_at
 
     def judge(self, pursuit: Pursuit, here: Pose2, living: LivingMap, now_s: float) -> str | None:
         """Give a goal up that leads nowhere; one that was looked into, if only in part, has done its duty."""
@@ -28,6 +32,8 @@ class Setbacks:
         failure = fruitless or pursuit.failure(here, now_s)
         if failure is None:
             return None
+        if pursuit.has_arrived:
+            self._looked_at.note(pursuit.goal, living.grid)
         if fruitless is None and pursuit.has_arrived and pursuit.has_shown_something(living.grid):
             pursuit.is_over = True
             return None
@@ -53,5 +59,6 @@ class Setbacks:
         gap = self._planner.gap_ahead(pursuit.path, living.grid, living.clearance_m, pursuit.progress_m)
         if gap is None or not self._planner.barred.note(gap):
             return None
+        self._looked_at.note(pursuit.goal, living.grid)  # it is not worth as long a way again
         pursuit.is_void = True
         return "the gap at ({:.1f}, {:.1f}) holds the robot up".format(*gap.in_map)

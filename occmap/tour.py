@@ -39,7 +39,9 @@ class TourConfig:
     stop_share: float = 0.2
     """or than this share of the way to them: what is far needs no more detail."""
     hysteresis_m: float = 1.0
-    """Another first stop must make the tour shorter by this much before the one being driven to is left."""
+    """Another first stop must make the tour shorter by this much before the one being driven to is left,"""
+    hysteresis_share: float = 0.25
+    """or by this share of the way to it: what opens and closes far away turns a whole tour round."""
     return_share: float = 0.8
     """This share of the way from a tour's end back to the robot counts. At 0 a tour leaves behind whatever it
     can end with; at 1 it does not matter which way round it goes."""
@@ -141,8 +143,10 @@ class Tour:
         left = len(after) - 1  # a set of stops, as bits
         totals_m = from_start_m + after[left]
         here = int(np.argmin(totals_m))
-        if kept is not None and totals_m[kept] < totals_m[here] + self.config.hysteresis_m:
-            here = kept
+        if kept is not None:
+            c = self.config
+            slack_m = max(c.hysteresis_m, c.hysteresis_share * float(from_start_m[kept]))
+            here = kept if totals_m[kept] < totals_m[here] + slack_m else here
         order = [here]
         while left := left & ~(1 << here):
             onward_m = between_m[here] + after[left]

@@ -94,6 +94,34 @@ def test_a_speck_where_it_was_not_worth_the_way():
     assert "not worth the way" in left.why
 
 
+def test_what_is_narrower_than_the_body_and_not_worth_the_way_is_too_narrow():
+    scene = Scene(OPEN_ROOM, resolution_m=0.05)
+    scene.frontiers = [replace(scene.frontiers[0], size=6)]  # 0.30 m
+    (left,) = certificate(scene, unvisited=scene.frontiers, is_early=False)
+    assert left.reason is Reason.TOO_NARROW
+    assert "not worth the way" in left.why
+
+
+def test_a_short_frontier_where_the_body_does_not_get_to_is_no_speck():
+    """Noise flickers where the robot drives; what is in sight through a slot or through glass is a part."""
+    row = "#" + 20 * "." + "{}" + 20 * "." + 8 * "#"
+    rows = [row.format("." if y == 10 else "#") for y in range(21)]
+    rows[10] = rows[10][:-8] + 8 * "?"
+    slot = Scene("\n".join([50 * "#", *rows, 50 * "#"]), (10, 10), resolution_m=0.05, body=None)
+    assert [left.reason for left in certificate(slot)] == [Reason.TOO_NARROW]
+    rows[10] = rows[10][:21] + "#" + rows[10][22:]
+    glass = Scene("\n".join([50 * "#", *rows, 50 * "#"]), (10, 10), resolution_m=0.05, body=None)
+    assert [left.reason for left in certificate(glass)] == [Reason.SEALED]
+
+
+@pytest.mark.parametrize("is_early", [True, False])
+def test_what_was_glimpsed_only_is_told_in_the_end(is_early):
+    scene = Scene(OPEN_ROOM, resolution_m=0.25)
+    scene.grid.log_odds[1:4, 8] = -0.4
+    told = [left for left in certificate(scene, is_early=is_early) if "glimpsed" in left.why]
+    assert [left.reason for left in told] == ([] if is_early else [Reason.TOO_NARROW])
+
+
 def test_every_frontier_is_in_it_once():
     scene = Scene("""############
                      ?....#...???

@@ -9,9 +9,11 @@ from occmap.body import Body
 from occmap.decision import Reason
 from occmap.explorer_config import ExplorerConfig
 from occmap.follower import Steering
+from occmap.frontiers import Frontier
 from occmap.geometry import Pose2, Twist2
 from occmap.grid import Belief
 from occmap.living_map import LivingMap
+from occmap.looked_at import LookedAt
 from occmap.memory import FailedLooks
 from occmap.path import Path
 from occmap.planner import Planner
@@ -40,8 +42,9 @@ class Setting:
         self.map = LivingMap(c.grid, c.sensor_model, c.clearance, c.frontiers)
         self.map.replace(ascii_grid(DOOR, 0.1), Pose2.identity())
         self.looks = FailedLooks()
+        self.looked_at = LookedAt()
         self.planner = Planner(NO_MARGINS, Body(radius_m=0.14))
-        self.setbacks = Setbacks(CONFIG, self.planner, self.looks)
+        self.setbacks = Setbacks(CONFIG, self.planner, self.looks, self.looked_at)
         path = Path.through(np.array([[0.5, 0.35], [2.0, 0.35]]))
         self.pursuit = Pursuit(CONFIG, goal_at(2.0, 0.35), path, self.map.grid, 0.0, is_tight)
 
@@ -87,12 +90,26 @@ def test_a_look_that_showed_something_has_done_its_duty(setting):
     assert not setting.failed()
 
 
+@pytest.mark.parametrize("arrived", [False, True])
+def test_where_the_robot_has_stood_and_looked_counts_as_looked_at(setting, arrived):
+    setting.pursuit.advance(steering(arrived=arrived), 1.0)
+    setting.judge(2.0)
+    edge = Frontier(np.array([[20, 3]]), (2.05, 0.35), 1)
+    assert setting.looked_at.times(edge, setting.map.grid) == arrived
+
+
 def test_a_gap_that_holds_the_robot_up_is_to_blame_and_not_the_goal(setting):
     setting.pursuit.advance(steering(held_up_s=5.0), 5.0)
     assert "the gap at (1.1" in setting.judge(5.0)
     assert setting.pursuit.is_void  # another way, then
     assert not setting.pursuit.is_over
     assert not setting.failed()
+
+
+def test_what_a_gap_kept_the_robot_from_is_not_worth_as_long_a_way_again(setting):
+    setting.pursuit.advance(steering(held_up_s=5.0), 5.0)
+    setting.judge(5.0)
+    assert setting.looked_at.times(Frontier(np.array([[20, 3]]), (2.05, 0.35), 1), setting.map.grid) == 1
 
 
 def test_where_no_gap_is_in_the_way_the_goal_is_unsafe():

@@ -58,12 +58,16 @@ def test_what_is_nearest_is_not_first_if_it_lies_on_the_way_to_the_rest():
     assert [round(places[0][0]) for places in stops(scene)] == [1, 8, 15]
 
 
-@pytest.mark.parametrize(("hysteresis_m", "stays"), [(0.0, False), (6.0, True)])
-def test_the_first_stop_is_kept_unless_the_tour_gets_much_shorter(hysteresis_m, stays):
+@pytest.mark.parametrize(
+    ("hysteresis_m", "share", "stays"),
+    [(0.0, 0.0, False), (6.0, 0.0, True), (0.0, 0.01, False), (0.0, 0.5, True)],
+)
+def test_the_first_stop_is_kept_unless_the_tour_gets_much_shorter(hysteresis_m, share, stays):
+    """By so many metres, or by so much of the way to it, which is 12 m here."""
     scene = scene_of(ONE_LONG_WAY_AND_ONE_SHORT, (18, 2))
     right = max(range(len(scene.frontiers)), key=lambda k: scene.frontiers[k].centroid_in_map)
-    first = stops(scene, TourConfig(hysteresis_m=hysteresis_m), pursued=right)[0]
-    assert (first[0][0] > 20.0) == stays
+    config = TourConfig(hysteresis_m=hysteresis_m, hysteresis_share=share)
+    assert (stops(scene, config, pursued=right)[0][0][0] > 20.0) == stays
 
 
 def test_what_is_out_of_reach_is_no_stop():

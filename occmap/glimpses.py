@@ -1,0 +1,53 @@
+"""Glimpses: what some beams went through, though too few to call it free, and no free cell leads up to."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from occmap.goal_config import SPECK_M
+from occmap.grid import Belief, OccupancyGrid
+
+GLIMPSED = 0.1
+"""In log-odds: a cell that is likelier to be free than the prior by more was seen through at least once."""
+MOST_M = 1.0
+"""No piece is longer."""
+AROUND = np.ones((3, 3), bool)
+
+
+def glimpses(grid: OccupancyGrid) -> list[tuple[tuple[float, float], float]]:
+    """The middle in `map` and the length, metres, of each place longer than SPECK_M that was only glimpsed,
+    piece by piece where it is long.
+
+    Through a window or a crack a beam or two reach far, and never the same cells from two places: what is
+    there stays undecided, and no frontier tells of it, for it has no free cell. O(cells), for the end.
+    """
+    undecided = (grid.state == Belief.UNKNOWN) & (grid.log_odds < grid.prior_log_odds - GLIMPSED)
+    parts, n = _parts(undecided)
+    by_free = np.asarray(ndimage.binary_dilation(grid.state == Belief.FREE, AROUND), bool)
+    has_frontier = np.zeros(n + 1, bool)
+    has_frontier[parts[by_free]] = True
+    found, r = [], grid.frame.resolution_m
+    for part, box in enumerate(ndimage.find_objects(parts), start=1):
+        if box is None or has_frontier[part]:
+            continue
+        height, width = (side.stop - side.start for side in box)
+        if max(height, width) * r <= SPECK_M:
+            continue
+        cells = np.argwhere(parts[box] == part) + np.array([side.start for side in box])
+        cells = cells[np.argsort(cells[:, int(width > height)], kind="stable"), ::-1]
+        for piece in np.array_split(cells, math.ceil(max(height, width) * r / MOST_M)):
+            x_m, y_m = grid.frame.map_from_cell(piece.mean(axis=0, keepdims=True))[0]
+            size_m = float(np.hypot(*(np.ptp(piece, axis=0) + 1))) * r
+            found.append(((float(x_m), float(y_m)), size_m))
+    return found
+
+
+def _parts(mask: NDArray[np.bool_]) -> tuple[NDArray[np.int32], int]:
+    """(ny, nx) the number of each cell's 8-connected part, counted from 1, and how many there are."""
+    labels: Any = ndimage.label(mask, AROUND)
+    return np.asarray(labels[0], np.int32), int(labels[1])

@@ -1,0 +1,126 @@
+"""What is worth the way: fresh frontiers that promise something, leftovers only in passing."""
+
+from __future__ import annotations
+
+import pytest
+
+from occmap.geometry import Pose2
+from occmap.goal_config import GoalConfig
+from occmap.views import BAD_LUCK
+from tests.occmap.goal_scenes import goal_at
+from tests.occmap.test_goal_search import MAX_RANGE_M, Searching
+
+
+def corridor(recess_cells, deep_cells=24, length=900):
+    """45 m x 0.8 m in cells of 0.05 m; beside its far end opens what has not been seen."""
+    wall = "#" * (length - 20)
+    recess = [wall + "?" * recess_cells + "#" * (22 - recess_cells)] * deep_cells
+    return "\n".join(["#" * (length + 2), *recess, *["#" + "." * length + "#"] * 16, "#" * (length + 2)])
+
+
+def scene_of(picture, start_x, **config):
+    config = GoalConfig(min_nook_m=9.0, **config)
+    return Searching(picture, (start_x, 8), resolution_m=0.05, body=None, config=config)
+
+
+def looked_into(scene, times=1):
+    """The same scene after looks at its only frontier that changed nothing."""
+    (frontier,) = scene.frontiers
+    goal = scene.chooser.goal_for(frontier, scene.grid, scene.flood(), 2.5, 0.2)
+    for _ in range(times):
+        scene.search.looked_at.note(goal, scene.grid)
+    return scene
+
+
+NARROW, WIDE = 5, 20
+
+
+@pytest.mark.parametrize(
+    ("cells", "looks", "is_worth"),
+    [(NARROW, 0, True), (NARROW, 1, False), (WIDE, 0, True), (WIDE, 1, True), (WIDE, 2, False)],
+)
+def test_what_was_looked_into_is_not_come_back_for_from_afar(cells, looks, is_worth):
+    """Where the body could go on, one look more is worth the way: the frontier may have moved on."""
+    scene = looked_into(scene_of(corridor(cells), 5), looks)
+    assert (scene.run().best is not None) == is_worth
+
+
+@pytest.mark.parametrize("cells", [NARROW, WIDE])
+def test_from_near_it_is_looked_into_again(cells):
+    assert looked_into(scene_of(corridor(cells), 850), times=2).run().best is not None
+
+
+@pytest.mark.parametrize(("worth_leftover_m2", "is_worth"), [(0.5, True), (50.0, False)])
+def test_a_wide_leftover_must_promise_more_than_a_fresh_frontier(worth_leftover_m2, is_worth):
+    scene = looked_into(scene_of(corridor(WIDE), 5, worth_leftover_m2=worth_leftover_m2))
+    assert (scene.run().best is not None) == is_worth
+
+
+@pytest.mark.parametrize(("deep_cells", "is_worth"), [(1, False), (12, True)])
+def test_however_long_it_is_what_hides_next_to_nothing_is_not_worth_a_way(deep_cells, is_worth):
+    scene = scene_of(corridor(WIDE, deep_cells), 5)
+    assert (scene.run().best is not None) == is_worth
+
+
+def test_what_is_left_is_told():
+    scene = looked_into(scene_of(corridor(NARROW), 5))
+    wave = scene.flood()
+    assert scene.search.unvisited(scene.frontiers, scene.grid, wave, MAX_RANGE_M) == scene.frontiers
+
+
+def test_a_tour_does_not_go_through_what_is_not_worth_the_way(monkeypatch):
+    """Else it would order what is worth it by what is not: it is left out once that is known."""
+    scene = looked_into(scene_of(corridor(NARROW), 5))
+    tour, toured = scene.search._tour, []
+    assert tour is not None
+    stops = tour.stops
+
+    def counted(sights, *rest):
+        toured.append(len(sights))
+        return stops(sights, *rest)
+
+    monkeypatch.setattr(tour, "stops", counted)
+    scene.run()
+    scene.run()
+    assert toured == [1, 0]
+    scene.start = (850, 8)
+    assert scene.run().best is not None
+    assert toured == [1, 0, 1]
+
+
+@pytest.mark.parametrize(("way_left_m", "is_kept"), [(1.0, True), (90.0, False)])
+def test_a_nook_that_is_nearly_reached_is_not_left_for_a_frontier_farther_off(way_left_m, is_kept):
+    scene = scene_of(corridor(WIDE), 5)
+    nook = goal_at(1.0, 0.4, is_nook=True)
+    assert (scene.run(nook, way_left_m).best is nook) == is_kept
+
+
+def test_where_was_looked_is_remembered_across_a_correction_of_the_map():
+    scene = looked_into(scene_of(corridor(NARROW), 5))
+    scene.search.carry_over(Pose2(-5.0, 0.0, 0.0))
+    assert scene.run().best is not None
+    scene.search.carry_over(Pose2(5.0, 0.0, 0.0))
+    assert scene.run().best is None
+
+
+@pytest.mark.parametrize(("wide", "deep", "is_told"), [(1, 12, True), (1, 6, False), (3, 12, True)])
+def test_a_slit_too_narrow_for_a_nook_is_told_if_it_is_deep(wide, deep, is_told):
+    """Noise paints a slit of three cells to one; a crack is as wide, but soon meets the wall's other face."""
+    scene = scene_of(corridor(wide, deep), 850)
+    (mouth, *others) = scene.search.slits_left(scene.grid, scene.flood(), MAX_RANGE_M) or [None]
+    assert (mouth is not None) == is_told
+    assert not others
+
+
+@pytest.mark.parametrize(("in_vain", "is_worth"), [(BAD_LUCK, True), (BAD_LUCK + 5, False)])
+@pytest.mark.parametrize("cells", [NARROW, 9])
+def test_far_looks_in_vain_make_others_wait_for_more_of_a_promise(cells, in_vain, is_worth):
+    scene = scene_of(corridor(cells), 5)
+    scene.search.looked_at.in_vain = in_vain
+    assert (scene.run().best is not None) == is_worth
+
+
+def test_what_may_be_a_door_is_looked_into_however_many_far_looks_were_in_vain():
+    scene = scene_of("\n".join(["#" * 902, *["#" + "." * 900 + "?"] * 60, "#" * 902]), 5)
+    scene.search.looked_at.in_vain = 50
+    assert scene.run().best is not None
