@@ -25,8 +25,8 @@ class ComparisonConfig(Positive):
     """And turns this far beyond."""
     max_window_m: float = 16.0
     """But never farther: a loop lost by more is not found."""
-    max_window_rad: float = 0.8
-    """And never turns farther."""
+    max_window_rad: float = 1.6
+    """And never turns farther: three standard deviations after half a minute with wheels alone."""
     off_m: float = 0.05
     """Between two orientations searched, the farthest point is off by at most this."""
     least_work: int = 40_000_000

@@ -66,12 +66,13 @@ def test_a_robot_that_stood_through_a_pause_is_where_it_was():
     assert not motion.predict(_seen(600.0, Pose2(0.2, 0.0, 0.0))).is_gap
 
 
-def test_scans_missing_on_the_way_are_bridged_by_a_loop():
-    """Of three laps a third of the second is missing, and the wheels err by a metre meanwhile."""
+@pytest.mark.parametrize("turn_rad", [0.15, 0.95])
+def test_scans_missing_on_the_way_are_bridged_by_a_loop(turn_rad):
+    """Of three laps a third of the second is missing, and the wheels err by a metre and a turn meanwhile."""
     poses = drive([*RING_LAP * 3, RING_LAP[0]])
     stream = observe(RING, poses, np.random.default_rng(0))
     from_k, to_k = len(poses) // 3, len(poses) // 3 + len(poses) // 9
-    wrong = Pose2(0.8, -0.6, 0.15)
+    wrong = Pose2(0.8, -0.6, turn_rad)
     turned_at = stream[to_k].odom_from_robot
     kept = stream[:from_k] + [
         replace(seen, odom_from_robot=turned_at @ wrong @ turned_at.inverse() @ seen.odom_from_robot)
