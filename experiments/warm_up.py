@@ -44,9 +44,9 @@ def warm_up(config: ExperimentConfig) -> None:
     """
     with garbage_left_alone():
         with compiling_aside(config.pose):
-            seen = explore(config)
             if config.pose == "slam":
-                settle_a_graph()
+                settle_a_graph()  # early, for the other one needs it soon after its drive
+            seen = explore(config)
         if config.pose == "slam":
             close_loops(seen)
 
