@@ -120,10 +120,10 @@ def test_gain_is_the_unknown_area_in_sight():
                    #....???#
                    #....???#
                    #########"""
-    scene = Scene(closed_in, config=GoalConfig(strategy="utility"))
+    scene = Scene(closed_in, config=GoalConfig(strategy="utility", lambda_m_per_m2=2.0))
     goal = scene.goal()
     assert goal.gain_m2 == pytest.approx(9 * 0.25**2, rel=0.25)
-    assert goal.utility == pytest.approx(goal.gain_m2 - goal.cost_m)
+    assert goal.utility == pytest.approx(2.0 * goal.gain_m2 - goal.cost_m)
 
 
 def test_gain_by_size_is_the_frontiers_length_times_a_metre():
