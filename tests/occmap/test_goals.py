@@ -193,8 +193,8 @@ def test_bounds_tell_when_no_goal_beyond_can_be_better():
     nearest = GoalChooser(GoalConfig())
     assert nearest.may_be_beaten_beyond(4.0, utility_m=-5.0)
     assert not nearest.may_be_beaten_beyond(4.0, utility_m=-3.0)
-    by_utility = GoalChooser(GoalConfig(strategy="utility", gain_range_m=2.0))
-    most = math.pi * 2.0**2
+    by_utility = GoalChooser(GoalConfig(strategy="utility", gain_range_m=2.0, lambda_m_per_m2=2.0))
+    most = 2.0 * math.pi * 2.0**2
     assert by_utility.may_be_beaten_beyond(4.0, utility_m=most - 4.1)
     assert not by_utility.may_be_beaten_beyond(4.0, utility_m=most - 3.9)
 
