@@ -32,7 +32,10 @@ class LoopClosureConfig(Positive):
     sure_m: float = 0.5
     """A loop less well predicted than this (standard deviation) needs a witness."""
     surprise: float = 4.0
-    """So does one that is so many standard deviations off its prediction."""
+    """So does one that is so many standard deviations off its prediction, and from other views than its own:
+    that it fits two older submaps of one place says no more than that it fits one."""
+    witness_apart: int = 2
+    """Those views begin at least so many submaps earlier or later."""
     witness_within: int = 40
     """A witness is a loop between submaps at most so many earlier or later, at both ends."""
     floor_m: float = 0.01
@@ -54,6 +57,7 @@ class Loop:
     older_from_younger: Pose2
     information: NDArray[np.float64]  # (3, 3) of x, y, yaw in the younger's frame
     is_sure: bool
+    is_surprise: bool
 
 
 class LoopCloser:
@@ -132,8 +136,10 @@ class LoopCloser:
         off = compared.predicted.inverse() @ match.submap_from_robot
         surprise_m = math.hypot(off.x_m, off.y_m) / (pair.sigma_m + c.floor_m)
         surprise_rad = abs(off.yaw_rad) / (pair.sigma_rad + c.floor_rad)
-        is_sure = pair.sigma_m < c.sure_m and max(surprise_m, surprise_rad) < c.surprise
-        loop = Loop(pair.older, pair.younger, match.submap_from_robot, self._information(match), is_sure)
+        is_surprise = max(surprise_m, surprise_rad) >= c.surprise
+        is_sure = pair.sigma_m < c.sure_m and not is_surprise
+        information = self._information(match)
+        loop = Loop(pair.older, pair.younger, match.submap_from_robot, information, is_sure, is_surprise)
         return self._believe([loop] if loop.is_sure else self._with_witnesses(loop))
 
     def _believe(self, loops: list[Loop]) -> bool:
@@ -160,7 +166,7 @@ class LoopCloser:
 
     def _with_witnesses(self, loop: Loop) -> list[Loop]:
         """The loop and those that tell the same story; if none does, the loop waits."""
-        witnesses = [other for other in self.unwitnessed if self._agree(loop, other)]
+        witnesses = [other for other in self.unwitnessed if self.agree(loop, other)]
         if not witnesses:
             self.unwitnessed.append(loop)
             return []
@@ -171,10 +177,12 @@ class LoopCloser:
         """a_from_b of two submaps, as the graph has it."""
         return self._graph.pose(a).inverse() @ self._graph.pose(b)
 
-    def _agree(self, a: Loop, b: Loop) -> bool:
-        """Whether going out by one loop and back by the other leads home."""
+    def agree(self, a: Loop, b: Loop) -> bool:
+        """Whether two loops tell the same story: going out by one and back by the other leads home."""
         steps_younger, steps_older = abs(a.younger - b.younger), abs(a.older - b.older)
         if steps_younger + steps_older == 0 or max(steps_younger, steps_older) > self.config.witness_within:
+            return False
+        if (a.is_surprise or b.is_surprise) and steps_younger < self.config.witness_apart:
             return False
         older, younger = self._from(a.older, b.older), self._from(a.younger, b.younger)
         home = a.older_from_younger @ younger @ b.older_from_younger.inverse() @ older.inverse()

@@ -6,6 +6,7 @@ import pytest
 from occmap.geometry import Pose2
 from occmap.localization import SlamLocalizer
 from occmap.localization.loop_candidates import Candidate, uncertainty_from
+from occmap.localization.loop_closure import Loop, LoopCloser, LoopClosureConfig
 from occmap.localization.loop_comparison import Comparison, ComparisonConfig, closer_look
 from occmap.localization.matcher import Matcher
 from occmap.localization.pose_graph import Loss, PoseGraph
@@ -92,6 +93,23 @@ def test_a_planted_false_loop_does_not_fold_the_map():
             )
     slam.finish()
     assert errors_m(poses, [pose for _, pose in slam.trajectory()]).max() < 0.1
+
+
+def test_a_surprising_loop_is_borne_out_by_other_views_only():
+    """In a maze a place looks like the next one, from all submaps that saw it: a pitch of the maze aside."""
+    graph = _chain(40)
+    closer = LoopCloser(LoopClosureConfig(), Matcher(), graph, [])
+    aside = Pose2(0.0, 1.7, 0.0)
+
+    def loop(older, younger, *, is_surprise):
+        older_from_younger = graph.pose(older).inverse() @ aside @ graph.pose(younger)
+        return Loop(older, younger, older_from_younger, TIGHT, is_sure=False, is_surprise=is_surprise)
+
+    surprising = loop(0, 30, is_surprise=True)
+    assert not closer.agree(surprising, loop(2, 30, is_surprise=True))
+    assert not closer.agree(surprising, loop(0, 31, is_surprise=True))
+    assert closer.agree(surprising, loop(0, 32, is_surprise=True))
+    assert closer.agree(loop(0, 30, is_surprise=False), loop(2, 30, is_surprise=False))
 
 
 def test_rooms_that_look_alike_are_not_taken_for_one():
