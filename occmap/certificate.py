@@ -84,19 +84,18 @@ def certify(
     def left(frontier: Frontier, reason: Reason, why: str) -> UnknownLeft:
         return UnknownLeft(frontier.centroid_in_map, frontier.size * grid.frame.resolution_m, reason, why)
 
-    widths_m = [mouth.size * grid.frame.resolution_m for mouth in slits]
-    narrow = (
-        left(mouth, *not_worth_the_way(width_m, f"a slit {width_m:.2f} m wide"))
-        for mouth, width_m in zip(slits, widths_m, strict=True)
-    )
-    outside = (left(frontier, Reason.OUTSIDE, "beyond the boundary") for frontier in beyond)
-    glimpsed = () if is_early else glimpses(grid)
-    seen_through = (
-        UnknownLeft(place, size_m, Reason.TOO_NARROW, "glimpsed through a gap, by too few beams to tell")
-        for place, size_m in glimpsed
-    )
+    def slit(mouth: Frontier) -> UnknownLeft:
+        width_m = mouth.size * grid.frame.resolution_m
+        return left(mouth, *not_worth_the_way(width_m, f"a slit {width_m:.2f} m wide"))
+
     own = (left(frontier, *reason_for(frontier)) for frontier in frontiers)
-    return (*own, *narrow, *seen_through, *outside)
+    outside = (left(frontier, Reason.OUTSIDE, "beyond the boundary") for frontier in beyond)
+    return (*own, *map(slit, slits), *(() if is_early else _only_glimpsed(grid)), *outside)
+
+
+def _only_glimpsed(grid: OccupancyGrid) -> list[UnknownLeft]:
+    why = "glimpsed through a gap, by too few beams to tell"
+    return [UnknownLeft(place, size_m, Reason.TOO_NARROW, why) for place, size_m in glimpses(grid)]
 
 
 def _distance_m(frontier: Frontier, grid: OccupancyGrid, reached: NDArray[np.bool_]) -> float:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,13 +31,22 @@ CUT_OFF_M2 = 0.5
 
 
 @dataclass(frozen=True, slots=True)
-class FailedLook:
-    """A frontier that was looked at, or driven to, in vain."""
+class Look:
+    """A frontier, or a nook, that was looked into."""
 
     in_map: tuple[float, float]  # the middle of the frontier, on it
+    known_cells: int  # within SURROUNDINGS_M of it afterwards
+
+
+@dataclass(frozen=True, slots=True)
+class FailedLook(Look):
+    """One that was looked at, or driven to, in vain."""
+
     reason: Reason
     why: str
-    known_cells: int  # within SURROUNDINGS_M of it at the time
+
+
+L = TypeVar("L", bound=Look)
 
 
 class FailedLooks:
@@ -49,28 +59,36 @@ class FailedLooks:
         """Remember a look in vain."""
         for watched in (goal.watched_in_map, *goal.also_watched_in_map):
             place = middle(watched)
-            self._looks.append(FailedLook(place, reason, why, known_around(place, grid)))
+            self._looks.append(FailedLook(place, known_around(place, grid), reason, why))
 
     def at(self, frontier: Frontier, grid: OccupancyGrid) -> list[FailedLook]:
         """The looks that failed here and still count, oldest first."""
-        reach_m = SAME_PLACE_M + frontier.size * grid.frame.resolution_m
-        if not any(math.dist(look.in_map, frontier.centroid_in_map) < reach_m for look in self._looks):
-            return []
-        place = middle(grid.frame.map_from_cell(frontier.cells))
-        near = [look for look in self._looks if math.dist(look.in_map, place) < SAME_PLACE_M]
-        return [
-            look
-            for look in near
-            if are_joined(look.in_map, place, grid)
-            and not has_changed_around(look.in_map, look.known_cells, grid)
-        ]
+        return still_there(self._looks, frontier, SAME_PLACE_M, grid)
 
     def carry_over(self, new_map_from_old_map: Pose2) -> None:
         """Follow a correction of the map."""
-        self._looks = [
-            replace(look, in_map=middle(new_map_from_old_map.apply(np.array([look.in_map]))))
-            for look in self._looks
-        ]
+        self._looks = [carried(look, new_map_from_old_map) for look in self._looks]
+
+
+def still_there(looks: Sequence[L], frontier: Frontier, within_m: float, grid: OccupancyGrid) -> list[L]:
+    """Of some looks those that were had where a frontier lies and still count, in their order. O(looks)."""
+    reach_m = within_m + frontier.size * grid.frame.resolution_m
+    near = [look for look in looks if math.dist(look.in_map, frontier.centroid_in_map) < reach_m]
+    if not near:
+        return []
+    place = middle(grid.frame.map_from_cell(frontier.cells))
+    return [
+        look
+        for look in near
+        if math.dist(look.in_map, place) < within_m
+        and are_joined(look.in_map, place, grid)
+        and not has_changed_around(look.in_map, look.known_cells, grid)
+    ]
+
+
+def carried(look: L, new_map_from_old_map: Pose2) -> L:
+    """The same look after a correction of the map."""
+    return replace(look, in_map=middle(new_map_from_old_map.apply(np.array([look.in_map]))))
 
 
 def are_joined(a: tuple[float, float], b: tuple[float, float], grid: OccupancyGrid) -> bool:
