@@ -58,7 +58,9 @@ class SlamLocalizer:
     def update(self, seen: Observation) -> Estimate:
         """Where the robot is, given what it senses now."""
         prediction = self.motion.predict(seen)
-        scan = undistorted(seen.scan, seen.robot_from_lidar, prediction.step, self.motion.step_s)
+        scan = seen.scan
+        if not self.tracker.wheels_stand(prediction.step):  # else its beams start from one place
+            scan = undistorted(scan, seen.robot_from_lidar, prediction.step, self.motion.step_s)
         cloud = Cloud.of(scan, seen.robot_from_lidar, self.config.submap.reach_m)
         stood = not self.tracker.has_left_the_start
         tracked = self.tracker.update(cloud, prediction, scan, seen.robot_from_lidar)

@@ -122,8 +122,8 @@ class Tracker:
             return self._begin_anew(cloud, prediction, scan, robot_from_lidar)
         self._usual_fit += (match.fit - self._usual_fit) / self.config.usual_memory
         if self._still is not None:
-            self._still = self._still @ prediction.step
-            if self._stands(self._still, match):
+            if self.wheels_stand(prediction.step) and self._scan_stands(match):
+                self._still = self._still @ prediction.step
                 return self._look_again(scan)
             self._still = None
             self._learn_the_start()
@@ -170,15 +170,18 @@ class Tracker:
         """Whether the robot has moved at all."""
         return self._still is None
 
-    def _stands(self, odom_from_robot: Pose2, match: Match) -> bool:
-        """Whether neither wheels nor scans see the robot anywhere but at the start."""
+    def wheels_stand(self, step: Pose2) -> bool:
+        """Whether the wheels, one step of theirs later, have done no more than flicker since the start."""
+        c = self.config
+        return self._still is not None and is_within(self._still @ step, c.still_m, c.still_rad)
+
+    def _scan_stands(self, match: Match) -> bool:
+        """Whether the scan does not see the robot anywhere but at the start."""
         c = self.config
         near_m, near_rad = c.still_fit_m, c.still_fit_rad
         if match.fit < c.poor_fit:
             near_m, near_rad = c.still_poor_m, c.still_poor_rad
-        return is_within(odom_from_robot, c.still_m, c.still_rad) and is_within(
-            match.submap_from_robot, near_m, near_rad
-        )
+        return is_within(match.submap_from_robot, near_m, near_rad)
 
     def _look_again(self, scan: Scan) -> Tracked:
         """The robot still stands at the map's origin: one more look at the same, to average out the noise."""

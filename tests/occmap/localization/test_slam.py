@@ -173,3 +173,15 @@ def test_a_turning_lidar_is_undistorted_before_it_is_matched():
     assert estimates[-1].scan.beam_times_s is None
     slam.finish()
     assert errors_m(poses, _poses(slam))[2:].max() < 0.06
+
+
+def test_a_turning_lidar_at_rest_is_averaged_though_the_wheels_flicker():
+    """Nothing is undistorted while the robot stands: all looks are of the same beams."""
+    rng = np.random.default_rng(8)
+    still = observe(RING, [Pose2(5.0, 1.5, 0.3)] * 12, rng)
+    wheels = [Pose2(0.0, 0.0, 0.001 * (k % 2)) for k in range(12)]
+    flicker = [replace(seen, odom_from_robot=odom) for seen, odom in zip(still, wheels, strict=True)]
+    times = np.linspace(-0.2, 0.0, 180)
+    turning = [replace(seen, scan=replace(seen.scan, beam_times_s=times)) for seen in flicker]
+    at_once, spun = (mapped(stream).tracker.submaps[0].cloud for stream in (flicker, turning))
+    np.testing.assert_array_equal(spun, at_once)
