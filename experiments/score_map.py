@@ -1,0 +1,64 @@
+"""Scores the walls of a map against those of another: slam against the known pose, or either against truth.
+
+python -m experiments.score_map runs/slam/map.yaml runs/known-pose/map.yaml
+python -m experiments.score_map runs/office-0/map.yaml runs/office-0/truth.yaml
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import tyro
+
+if TYPE_CHECKING:
+    from experiments.map_agreement import MapAgreement
+
+MISTAKE = 2
+"""Exit status of a user's mistake."""
+
+
+@dataclass(frozen=True)
+class Command:
+    """Say how far the walls of one Nav2 map lie from those of another.
+
+    Each is placed by the origin in its own YAML; nothing is aligned, so both must be in one frame, as
+    all maps are that runs in one building leave.
+    """
+
+    judged: Annotated[Path, tyro.conf.Positional]
+    """The map to judge, a map.yaml with a PGM."""
+    reference: Annotated[Path, tyro.conf.Positional]
+    """The map to judge it by. What it does not know is left out."""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Print the scores; the exit status is 2 for a user's mistake."""
+    command = tyro.cli(Command, prog="python -m experiments.score_map", args=arguments)
+    from experiments.map_agreement import map_agreement
+    from occmap.map_server import load_map
+
+    try:
+        agreement = map_agreement(load_map(command.judged), load_map(command.reference))
+    except (OSError, ValueError) as mistake:
+        print(f"error: {mistake}", file=sys.stderr)
+        return MISTAKE
+    for line in report(agreement):
+        print(line)
+    return 0
+
+
+def report(agreement: MapAgreement) -> Iterator[str]:
+    """A line per figure."""
+    yield f"{agreement.occupied} occupied cells, {agreement.seen} of them where the reference has been"
+    if agreement.share is not None:
+        yield f"{100.0 * agreement.share:.2f} % of those lie within one cell of one of its walls"
+    if agreement.mean_m is not None:
+        yield f"distance to its nearest: mean {agreement.mean_m:.4f} m, p95 {agreement.p95_m:.4f} m"
+
+
+if __name__ == "__main__":
+    sys.exit(main())
