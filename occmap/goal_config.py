@@ -11,7 +11,7 @@ from occmap.tour import TourConfig
 
 NEVER_NEGATIVE = (
     *("gain_range_m", "min_frontier_m", "min_far_frontier_m", "min_nook_m"),
-    *("worth_way_m", "worth_gain_m2", "worth_leftover_m2", "worth_nook_m2", "hysteresis_m"),
+    *("worth_way_m", "worth_gain_m2", "worth_nook_m2", "hysteresis_m"),
 )
 
 SPECK_M = 0.35
@@ -50,9 +50,6 @@ class GoalConfig:
     """A way longer than this must promise something:"""
     worth_gain_m2: float = 0.1
     """so much unknown area, somewhat more than the robot stands on. What hides less is seen in passing."""
-    worth_leftover_m2: float = 0.5
-    """The same where a look has been had before: what it left comes back with the noise, and promises far
-    more than it shows."""
     worth_nook_m2: float = 0.4
     """The same for nooks, by their mouth times the depth looked at. Most hide less than they promise, and one
     that was looked into is not come back for from so far."""

@@ -125,9 +125,9 @@ class Views:
     def is_worth_the_way(self, goal: Goal, grid: OccupancyGrid) -> bool:
         """Whether a goal is near, or promises to show something: a small leftover far away does not.
 
-        Nor does what was looked into before. Where the body could go on, and much is in sight, the frontier
-        may have moved on while another was driven to: one more look tells. Far looks that show nothing make
-        the others wait for more of a promise.
+        Nor does what was looked into before. But where the body could go on, a look that was had near by may
+        have been at another frontier, or this one has moved on since: one more look tells. Far looks that
+        show nothing make the others wait for more of a promise.
         """
         c = self._chooser.config
         if goal.cost_m <= c.worth_way_m:
@@ -138,7 +138,7 @@ class Views:
         size_m = goal.frontier.size * grid.frame.resolution_m
         if looks > 1 or (looks and size_m < SPECK_M):
             return False
-        least_m2 = self._demanded(c.worth_leftover_m2 if looks else c.worth_gain_m2)
+        least_m2 = self._demanded(c.worth_gain_m2)
         in_sight_m2 = self._chooser.in_sight_m2(grid, *grid.frame.cell_at(*goal.viewpoint_in_map))
         return in_sight_m2 >= (least_m2 if size_m < LONG_M else min(least_m2, ROOM_M2))
 
