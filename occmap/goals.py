@@ -209,7 +209,7 @@ class GoalChooser:
     def is_crack(self, edge: Frontier, grid: OccupancyGrid) -> bool:
         """Whether an edge along walls, too narrow for the body, opens onto as deep a slit as nooks are."""
         r = grid.frame.resolution_m
-        deep = max(1, round(INTO_NOOK_M[-1] / r))
+        deep = max(1, round(NOOK_DEPTH_M / r))
         return edge.size * r < SPECK_M and len(self._untouched_inside(edge, grid, deep, deep)) > 0
 
     def _untouched_inside(

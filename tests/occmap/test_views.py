@@ -103,7 +103,9 @@ def test_where_was_looked_is_remembered_across_a_correction_of_the_map():
     assert scene.run().best is None
 
 
-@pytest.mark.parametrize(("wide", "deep", "is_told"), [(1, 12, True), (1, 6, False), (3, 12, True)])
+@pytest.mark.parametrize(
+    ("wide", "deep", "is_told"), [(1, 12, True), (1, 8, True), (1, 6, False), (3, 12, True)]
+)
 def test_a_slit_too_narrow_for_a_nook_is_told_if_it_is_deep(wide, deep, is_told):
     """Noise paints a slit of three cells to one; a crack is as wide, but soon meets the wall's other face."""
     scene = scene_of(corridor(wide, deep), 850)
