@@ -43,54 +43,79 @@ def certify(
     worth the way.
     beyond: others, on the far side of the boundary.
     slits: mouths of nooks along walls, which are no frontiers as such, not worth the way.
-
-    Where the body cannot come up to a frontier, a gap too narrow for it is what is wrong, however short
-    the part of it in sight is, and however often the robot has looked in from a distance.
     """
-    cost, below = wave.fixed_point()
-    reached = cost < below
-    regions = np.empty(grid.shape, np.int32)
-    ndimage.label(grid.state == Belief.FREE, output=regions)
-    own_regions = np.unique(regions[reached])
-
-    body = f"a body {2.0 * body_radius_m:.2f} m wide"
-    least_m = goals.least_frontier_m(grid.frame.resolution_m)
-
-    def reason_for(frontier: Frontier) -> tuple[Reason, str]:
-        size_m = frontier.size * grid.frame.resolution_m
-        if not np.isin(regions[frontier.cells[:, 1], frontier.cells[:, 0]], own_regions).any():
-            return Reason.SEALED, "no free space leads to it"
-        is_worth_a_look = size_m >= least_m
-        is_unvisited = is_worth_a_look and any(frontier is other for other in unvisited)
-        if is_unvisited and is_early:
-            return Reason.UNVISITED, "in reach and worth a look, but the run ended first"
-        failed = looks.at(frontier, grid) if is_worth_a_look else []
-        away_m = _distance_m(frontier, grid, reached)
-        corner_m = 0.0 if is_worth_a_look else body_radius_m  # noise flickers in corners, too
-        is_apart = away_m >= body_radius_m + corner_m + 2.0 * grid.frame.resolution_m
-        if is_apart or (is_worth_a_look and not failed and not is_unvisited):
-            return Reason.TOO_NARROW, f"{body} comes no nearer than {min(away_m, FAR_M):.2f} m"
-        if is_unvisited:
-            return not_worth_the_way(size_m, f"{size_m:.2f} m long")
-        if not is_worth_a_look:
-            return Reason.SPECK, f"{size_m:.2f} m long, shorter than the {least_m:.2f} m worth a look"
-        return failed[-1].reason, f"{len(failed)} tries: {failed[-1].why}"
-
-    def not_worth_the_way(size_m: float, what: str) -> tuple[Reason, str]:
-        if size_m < 2.0 * body_radius_m:
-            return Reason.TOO_NARROW, f"{what}: {body} does not fit, and it is not worth the way"
-        return Reason.SPECK, f"{what}: not worth the way"
+    reasons = Reasons(grid, wave, looks, goals.least_frontier_m(grid.frame.resolution_m), body_radius_m)
+    could_be_looked_into = {id(frontier) for frontier in unvisited}
 
     def left(frontier: Frontier, reason: Reason, why: str) -> UnknownLeft:
-        return UnknownLeft(frontier.centroid_in_map, frontier.size * grid.frame.resolution_m, reason, why)
+        return UnknownLeft(frontier.centroid_in_map, reasons.size_m(frontier), reason, why)
 
-    def slit(mouth: Frontier) -> UnknownLeft:
-        width_m = mouth.size * grid.frame.resolution_m
-        return left(mouth, *not_worth_the_way(width_m, f"a slit {width_m:.2f} m wide"))
+    def own(frontier: Frontier) -> UnknownLeft:
+        if reasons.is_sealed(frontier):
+            return left(frontier, Reason.SEALED, "no free space leads to it")
+        if id(frontier) not in could_be_looked_into:
+            return left(frontier, *reasons.out_of_sight(frontier))
+        if is_early:
+            return left(frontier, Reason.UNVISITED, "in reach and worth a look, but the run ended first")
+        return left(frontier, *reasons.not_worth_the_way(frontier, "{:.2f} m long"))
 
-    own = (left(frontier, *reason_for(frontier)) for frontier in frontiers)
-    outside = (left(frontier, Reason.OUTSIDE, "beyond the boundary") for frontier in beyond)
-    return (*own, *map(slit, slits), *(() if is_early else _only_glimpsed(grid)), *outside)
+    return (
+        *map(own, frontiers),
+        *(left(slit, *reasons.not_worth_the_way(slit, "a slit {:.2f} m wide")) for slit in slits),
+        *(() if is_early else _only_glimpsed(grid)),
+        *(left(frontier, Reason.OUTSIDE, "beyond the boundary") for frontier in beyond),
+    )
+
+
+class Reasons:
+    """Why frontiers are left, given a flood of all that the body can reach."""
+
+    def __init__(
+        self, grid: OccupancyGrid, wave: Wavefront, looks: FailedLooks, least_m: float, body_radius_m: float
+    ) -> None:
+        self._grid, self._looks = grid, looks
+        self._least_m, self._body_radius_m = least_m, body_radius_m
+        self._body = f"a body {2.0 * body_radius_m:.2f} m wide"
+        cost, below = wave.fixed_point()
+        self._reached = cost < below
+        self._regions = np.empty(grid.shape, np.int32)
+        ndimage.label(grid.state == Belief.FREE, output=self._regions)
+        self._own_regions = np.unique(self._regions[self._reached])
+
+    def size_m(self, frontier: Frontier) -> float:
+        """Its length."""
+        return frontier.size * self._grid.frame.resolution_m
+
+    def is_sealed(self, frontier: Frontier) -> bool:
+        """Whether no free cells lead to it."""
+        ix, iy = frontier.cells.T
+        return not np.isin(self._regions[iy, ix], self._own_regions).any()
+
+    def out_of_sight(self, frontier: Frontier) -> tuple[Reason, str]:
+        """Of one that cannot be looked into, or that was, in vain.
+
+        Where the body cannot come up to it, a gap too narrow for it is what is wrong, however short the
+        part of it in sight is, and however often the robot has looked in from a distance.
+        """
+        size_m, r = self.size_m(frontier), self._grid.frame.resolution_m
+        is_short = size_m < self._least_m
+        failed = [] if is_short else self._looks.at(frontier, self._grid)
+        corner_m = self._body_radius_m if is_short else 0.0  # noise flickers in corners, too
+        away_m = _distance_m(frontier, self._grid, self._reached)
+        is_apart = away_m >= self._body_radius_m + corner_m + 2.0 * r
+        if is_apart or not (is_short or failed):
+            return Reason.TOO_NARROW, f"{self._body} comes no nearer than {min(away_m, FAR_M):.2f} m"
+        if is_short:
+            return Reason.SPECK, f"{size_m:.2f} m long, shorter than the {self._least_m:.2f} m worth a look"
+        return failed[-1].reason, f"{len(failed)} tries: {failed[-1].why}"
+
+    def not_worth_the_way(self, frontier: Frontier, what: str) -> tuple[Reason, str]:
+        """Of one that could be looked into, near by or from afar; `what` is said of its length."""
+        size_m = self.size_m(frontier)
+        what = what.format(size_m)
+        if size_m < 2.0 * self._body_radius_m:
+            return Reason.TOO_NARROW, f"{what}: {self._body} does not fit, and it is not worth the way"
+        return Reason.SPECK, f"{what}: not worth the way"
 
 
 def _only_glimpsed(grid: OccupancyGrid) -> list[UnknownLeft]:
