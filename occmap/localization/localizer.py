@@ -23,7 +23,8 @@ class Estimate:
     map_shift: Pose2 | None = None
     """new_map_from_old_map near the robot, given with `grid`: carries goals and paths over the correction."""
     scan: Scan | None = None
-    """The scan as seen from that one pose, if the robot moved while the beams were cast; insert this one."""
+    """The scan as seen from that one pose, if the robot moved while the beams were cast, or as it is kept to
+    build the map anew; insert this one."""
 
 
 class Localizer(Protocol):

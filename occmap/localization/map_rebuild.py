@@ -2,103 +2,17 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass, replace
-
 import numpy as np
 
 from occmap.geometry import Pose2, wrap_angle
 from occmap.grid import Belief, GridConfig, OccupancyGrid
 from occmap.lazy_arrays import copy_written, fill_written
-from occmap.localization.tracker import Tracked
+from occmap.localization.box import Box
+from occmap.localization.mapped_scans import MappedScans
 from occmap.mapper import Mapper
-from occmap.scan import Scan
-
-SWEEP_M_PER_M2 = 2.0
-"""Votes are collected in a window around the beams: to sweep a square metre costs as much as so long a beam.
-Outdoors, where few beams reach far, that is most of it."""
 
 LARGE_CELLS = 4_000_000
 """To make a grid of more cells than this anew takes tens of milliseconds."""
-
-
-@dataclass(frozen=True)
-class MappedScan:
-    """A scan that is in the map, and where it was taken."""
-
-    scan: Scan
-    robot_from_lidar: Pose2
-    tracked: Tracked
-    reach_m: float
-    """No vote of it lies farther from the lidar."""
-    effort_m: float
-    """What it costs to map it, in metres of beams."""
-
-    @staticmethod
-    def of(scan: Scan, robot_from_lidar: Pose2, tracked: Tracked) -> MappedScan:
-        lengths_m = np.minimum(scan.ranges_m[~np.isnan(scan.ranges_m)], scan.max_range_m)
-        reach_m, beams_m = float(lengths_m.max(initial=0.0)), float(lengths_m.sum())
-        mapped = MappedScan(scan, robot_from_lidar, tracked, reach_m, beams_m)
-        return replace(mapped, effort_m=beams_m + SWEEP_M_PER_M2 * mapped.box(Pose2.identity()).area_m2)
-
-    def map_from_lidar(self, map_from_submap: list[Pose2]) -> Pose2:
-        return self.tracked.in_map(map_from_submap) @ self.robot_from_lidar
-
-    def box(self, map_from_lidar: Pose2) -> Box:
-        """What it votes on: up to its hits, or all round if some of its beams met nothing."""
-        if np.isinf(self.scan.ranges_m).any():
-            return Box.around(*map_from_lidar.position, self.reach_m)
-        hits = map_from_lidar.apply(self.scan.hits_in_lidar())
-        places = np.vstack((hits, map_from_lidar.position))
-        return Box(*places.min(axis=0).tolist(), *places.max(axis=0).tolist())
-
-
-@dataclass(frozen=True)
-class Box:
-    """A rectangle of the map, in metres."""
-
-    low_x: float
-    low_y: float
-    high_x: float
-    high_y: float
-
-    @staticmethod
-    def everywhere() -> Box:
-        return Box(-math.inf, -math.inf, math.inf, math.inf)
-
-    @staticmethod
-    def around(x: float, y: float, reach_m: float) -> Box:
-        return Box(x - reach_m, y - reach_m, x + reach_m, y + reach_m)
-
-    @staticmethod
-    def over(boxes: list[Box], room_m: float = 0.0) -> Box:
-        """The least box that holds all of them, and some room around."""
-        return Box(
-            min(b.low_x for b in boxes) - room_m,
-            min(b.low_y for b in boxes) - room_m,
-            max(b.high_x for b in boxes) + room_m,
-            max(b.high_y for b in boxes) + room_m,
-        )
-
-    @property
-    def area_m2(self) -> float:
-        return (self.high_x - self.low_x) * (self.high_y - self.low_y)
-
-    def meets(self, other: Box) -> bool:
-        return (
-            self.low_x <= other.high_x
-            and other.low_x <= self.high_x
-            and self.low_y <= other.high_y
-            and other.low_y <= self.high_y
-        )
-
-    def holds(self, other: Box) -> bool:
-        return (
-            self.low_x <= other.low_x
-            and self.low_y <= other.low_y
-            and other.high_x <= self.high_x
-            and other.high_y <= self.high_y
-        )
 
 
 class MapRebuild:
@@ -106,7 +20,7 @@ class MapRebuild:
 
     def __init__(
         self,
-        scans: list[MappedScan],
+        scans: MappedScans,
         map_from_submap: list[Pose2],
         box: Box,
         mapper: Mapper,
@@ -137,7 +51,7 @@ class MapRebuild:
         Where that is much, with some around it: to grow later would take too long.
         """
         last = min(self._surveyed + scans, len(self.scans))
-        some = self.scans[self._surveyed : last]
+        some = (self.scans[k] for k in range(self._surveyed, last))
         boxes = [mapped.box(mapped.map_from_lidar(self.map_from_submap)) for mapped in some]
         if self._room is not None:
             boxes.append(self._room)

@@ -15,6 +15,7 @@ from occmap.localization.pose_graph import PoseGraph
 from occmap.localization.submap import SubmapConfig
 from occmap.localization.surfel_map import Cloud
 from occmap.localization.told_map import ToldMap, ToldMapConfig
+from occmap.localization.track import Track
 from occmap.localization.tracker import Tracked, Tracker, TrackerConfig
 from occmap.localization.undistortion import undistorted
 from occmap.scan import Observation, Scan
@@ -51,7 +52,7 @@ class SlamLocalizer:
         self.loops = LoopCloser(c.loops, matcher, self.graph, self.tracker.submaps)
         self.compass = Compass(c.compass, self.graph, self.tracker.submaps)
         self.told = ToldMap(c.told, grid, sensor_model)
-        self.track: list[tuple[float, Tracked]] = []
+        self.track = Track()
         self._settled = True
         self._to_tell = False
 
@@ -65,7 +66,7 @@ class SlamLocalizer:
         stood = not self.tracker.has_left_the_start
         tracked = self.tracker.update(cloud, prediction, scan, seen.robot_from_lidar)
         self.motion.took(self.tracker.last_step, self.tracker.is_seen)
-        self.track.append((seen.time_s, tracked))
+        self.track.append(seen.time_s, tracked)
         self._add_new_submaps()
         if stood and self.tracker.has_left_the_start:
             self.compass.look(0)
@@ -96,8 +97,7 @@ class SlamLocalizer:
 
     def trajectory(self) -> list[tuple[float, Pose2]]:
         """(time, map_from_robot) of every observation in turn, as all that was seen since has it."""
-        poses = self.map_from_submap()
-        return [(time_s, tracked.in_map(poses)) for time_s, tracked in self.track]
+        return self.track.in_map(self.map_from_submap())
 
     def map(self) -> OccupancyGrid:
         """The grid, built anew from the corrected poses of all mapped scans."""
@@ -141,6 +141,6 @@ class SlamLocalizer:
         pose = self.told.pose_of(tracked)
         insert = self.told.wants(seen.time_s, tracked)
         if insert:
-            self.told.add_scan(scan, seen.robot_from_lidar, tracked)
+            scan = self.told.add_scan(scan, seen.robot_from_lidar, tracked)
         shift = None if grid is None else pose @ before.inverse()
         return Estimate(pose, insert, grid, shift, None if scan is seen.scan else scan)

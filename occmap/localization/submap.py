@@ -35,14 +35,18 @@ class View:
     """One of the scans that a submap was made of, kept to tell what was seen through."""
 
     submap_from_lidar: Pose2
-    bearings_rad: NDArray[np.float64]  # (n,) ascending
-    ranges_m: NDArray[np.float64]  # (n,) 0 where a beam met nothing
+    bearings_rad: NDArray[np.float32]  # (n,) ascending
+    ranges_m: NDArray[np.float32]  # (n,) 0 where a beam met nothing
 
     @staticmethod
-    def of(scan: Scan, submap_from_lidar: Pose2) -> View:
+    def of(scan: Scan, submap_from_lidar: Pose2, other: View | None = None) -> View:
+        """Of a scan; bearings that another view has as well are shared with it."""
         order = np.argsort(scan.bearings_rad, kind="stable")
-        ranges = np.where(scan.is_hit, scan.ranges_m, 0.0)
-        return View(submap_from_lidar, scan.bearings_rad[order], ranges[order])
+        ranges = np.where(scan.is_hit, scan.ranges_m, 0.0)[order].astype(np.float32)
+        bearings = scan.bearings_rad[order].astype(np.float32)
+        if other is not None and np.array_equal(bearings, other.bearings_rad):
+            bearings = other.bearings_rad
+        return View(submap_from_lidar, bearings, ranges)
 
 
 @dataclass

@@ -9,7 +9,9 @@ import numpy as np
 
 from occmap.geometry import Pose2
 from occmap.grid import GridConfig, OccupancyGrid
-from occmap.localization.map_rebuild import Box, MappedScan, MapRebuild, displacement_m
+from occmap.localization.box import Box
+from occmap.localization.map_rebuild import MapRebuild, displacement_m
+from occmap.localization.mapped_scans import MappedScan, MappedScans
 from occmap.localization.positive import Positive
 from occmap.localization.tracker import Tracked
 from occmap.mapper import Mapper
@@ -63,7 +65,7 @@ class ToldMap:
         self.config = config
         self.grid_config = grid or GridConfig()
         self.mapper = Mapper(sensor_model)
-        self.scans: list[MappedScan] = []
+        self.scans = MappedScans()
         self.map_from_submap: list[Pose2] = []
         self._reach_m: list[float] = []  # of each submap, from its origin
         self._corrected: list[Pose2] = []  # what map_from_submap will be once the rebuild is done
@@ -97,10 +99,10 @@ class ToldMap:
         self._last = (time_s, pose)
         return True
 
-    def add_scan(self, scan: Scan, robot_from_lidar: Pose2, tracked: Tracked) -> None:
-        """Remember a scan that the receiver inserts."""
-        mapped = MappedScan.of(scan, robot_from_lidar, tracked)
-        self.scans.append(mapped)
+    def add_scan(self, scan: Scan, robot_from_lidar: Pose2, tracked: Tracked) -> Scan:
+        """Remember a scan that the receiver is to insert; returns it as it is kept."""
+        self.scans.append(MappedScan.of(scan, robot_from_lidar, tracked))
+        mapped = self.scans[-1]
         for k, pose in (
             (tracked.submap, tracked.submap_from_robot),
             (tracked.submap + 1, tracked.next_from_robot),
@@ -108,6 +110,7 @@ class ToldMap:
             if k < len(self._reach_m):
                 distance = math.hypot(*(pose @ robot_from_lidar).position)
                 self._reach_m[k] = max(self._reach_m[k], distance + mapped.reach_m)
+        return mapped.scan
 
     def hand_over(self) -> None:
         """The receiver is a new one and has no grid: hand it over with the next estimate."""

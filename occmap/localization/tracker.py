@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -66,7 +67,8 @@ class Tracked:
     submap_from_robot: Pose2
     next_from_robot: Pose2
     blend: float
-    fit: float = 1.0
+
+    NUMBERS: ClassVar[int] = 8
 
     def in_map(self, map_from_submap: Sequence[Pose2]) -> Pose2:
         """map_from_robot, given where the submaps lie; without a seam from one submap to the next."""
@@ -79,6 +81,16 @@ class Tracked:
             older.y_m + self.blend * (younger.y_m - older.y_m),
             older.yaw_rad + self.blend * wrap_angle(younger.yaw_rad - older.yaw_rad),
         )
+
+    def numbers(self) -> tuple[float, ...]:
+        """(NUMBERS,) all of it, to be kept in an array."""
+        a, b = self.submap_from_robot, self.next_from_robot
+        return self.submap, a.x_m, a.y_m, a.yaw_rad, b.x_m, b.y_m, b.yaw_rad, self.blend
+
+    @staticmethod
+    def of_numbers(numbers: Sequence[float]) -> Tracked:
+        """What `numbers` came from."""
+        return Tracked(int(numbers[0]), Pose2(*numbers[1:4]), Pose2(*numbers[4:7]), numbers[7])
 
 
 class Tracker:
@@ -100,6 +112,7 @@ class Tracker:
         self._usual_fit = 0.0
         self._still: Pose2 | None = Pose2.identity()  # the wheels' word since the start, until they move
         self._first_look: LongLook
+        self._last_view: View | None = None
 
     @property
     def reference(self) -> int:
@@ -130,9 +143,7 @@ class Tracker:
         self.last_step = self._pose.inverse() @ match.submap_from_robot
         self.is_seen = match.fit >= self.config.bridge_fit and match.tells(prediction.sigma_m)
         self._pose = match.submap_from_robot
-        tracked = Tracked(
-            self.reference, self._pose, self.younger_from_older() @ self._pose, self._blend(), match.fit
-        )
+        tracked = Tracked(self.reference, self._pose, self.younger_from_older() @ self._pose, self._blend())
         if self._moved_enough():
             self._add_drift(match)
             self._insert(cloud, scan, robot_from_lidar)
@@ -235,7 +246,8 @@ class Tracker:
         self, submap: Submap, pose: Pose2, cloud: Cloud, scan: Scan, robot_from_lidar: Pose2
     ) -> None:
         if submap.scans % self.config.view_every == 0:
-            submap.views.append(View.of(scan, pose @ robot_from_lidar))
+            self._last_view = View.of(scan, pose @ robot_from_lidar, self._last_view)
+            submap.views.append(self._last_view)
         submap.insert(cloud, pose)
 
     def _begin_submap(self, scan: Scan) -> None:

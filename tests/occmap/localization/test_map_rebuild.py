@@ -7,7 +7,9 @@ import pytest
 
 from occmap.geometry import Pose2
 from occmap.grid import GridConfig, OccupancyGrid
-from occmap.localization.map_rebuild import Box, MappedScan, MapRebuild
+from occmap.localization.box import Box
+from occmap.localization.map_rebuild import MapRebuild
+from occmap.localization.mapped_scans import MappedScan, MappedScans
 from occmap.localization.tracker import Tracked
 from occmap.mapper import Mapper
 from occmap.scan import Scan
@@ -19,8 +21,15 @@ def mapped(range_m: float, beams: int = 90) -> MappedScan:
     return MappedScan.of(Scan(bearings, np.full(beams, range_m), 100.0), Pose2.identity(), here)
 
 
+def kept(*scans: MappedScan) -> MappedScans:
+    packed = MappedScans()
+    for each in scans:
+        packed.append(each)
+    return packed
+
+
 def scans_a_turn(range_m: float, effort_m: float = 20_000.0) -> int:
-    scans = [mapped(range_m)] * 100
+    scans = kept(*[mapped(range_m)] * 100)
     rebuild = MapRebuild(scans, [Pose2.identity()], Box.everywhere(), Mapper(), GridConfig(0.2))
     rebuild.survey(len(scans))
     turns = 1
@@ -43,7 +52,7 @@ def test_fewer_scans_that_reach_far_are_mapped_in_a_turn_than_their_beams_alone_
 @pytest.mark.parametrize("start_x_m", [0.0, 30.0])
 def test_a_box_built_anew_replaces_the_same_box_in_a_grid_that_grows_only_to_what_is_known(start_x_m: float):
     """It is built in room made beforehand, so that nothing has to move while it grows."""
-    scans, poses = [mapped(3.0)], [Pose2(0.0, 0.0, 0.0)]
+    scans, poses = kept(mapped(3.0)), [Pose2(0.0, 0.0, 0.0)]
     rebuild = MapRebuild(scans, poses, Box(-50.0, -40.0, 60.0, 40.0), Mapper(), GridConfig(0.1))
     live = OccupancyGrid(GridConfig(0.1))
     rebuild.make_room(live)
@@ -79,13 +88,14 @@ def test_a_large_grid_that_would_have_to_grow_is_not_changed_but_what_was_built_
     """It comes to the same as in a grid that has the room."""
     config, box = GridConfig(0.05), Box(60.0, -28.0, 150.0, 38.0)
     there = Pose2(start_x_m, 2.0, 0.0)  # at 61 m it votes beyond the box, too
-    rebuild = MapRebuild([mapped(3.0)], [there], box, Mapper(), config)
+    scans = kept(mapped(3.0))
+    rebuild = MapRebuild(scans, [there], box, Mapper(), config)
     live, roomy = OccupancyGrid(config), OccupancyGrid(config)
     live.grow_to_contain((-150.0, -30.0), (63.5, 40.0))
     roomy.grow_to_contain((-150.0, -30.0), (170.0, 40.0))
     for grid in (live, roomy):
         for x_m in (-20.0, 30.0, 60.0):
-            Mapper().insert(mapped(3.0).scan, Pose2(x_m, 0.0, 0.0), grid)
+            Mapper().insert(scans[0].scan, Pose2(x_m, 0.0, 0.0), grid)
     rebuild.make_room(live)
     assert rebuild.step(1, math.inf)
     assert rebuild.joined_with(roomy) is roomy

@@ -50,7 +50,7 @@ def test_what_was_handed_over_and_inserted_since_is_the_map(ring):
         if estimate.grid is not None:
             grid, shifts = estimate.grid, [*shifts, estimate.map_shift]
         if estimate.insert and grid is not None:
-            mapper.insert(seen.scan, estimate.map_from_robot @ seen.robot_from_lidar, grid)
+            mapper.insert(estimate.scan or seen.scan, estimate.map_from_robot @ seen.robot_from_lidar, grid)
     assert grid is not None
     assert all(0.0 < math.hypot(*shift.position) + abs(shift.yaw_rad) < 1.0 for shift in shifts)
     told = slam.told.fresh(slam.told.map_from_submap)
