@@ -14,7 +14,6 @@ from occmap.decision import Decision, Reason, Status, UnknownLeft
 from occmap.ending import Ending
 from occmap.explorer_config import ExplorerConfig
 from occmap.follower import Follower
-from occmap.frontiers import Frontier
 from occmap.geometry import Pose2, Twist2
 from occmap.goal_search import GoalSearch
 from occmap.goals import SAME_GOAL_M, Goal, GoalChooser
@@ -23,8 +22,9 @@ from occmap.living_map import LivingMap
 from occmap.localization.localizer import Localizer, OdometryLocalizer
 from occmap.memory import FailedLooks
 from occmap.mobility import Mobility
+from occmap.pace import Pace
 from occmap.planner import Planner, Wavefront, WideningFlood
-from occmap.pursuit import LEARNT_M2, Failure, Pursuit
+from occmap.pursuit import Failure, Pursuit
 from occmap.scan import Observation
 from occmap.setbacks import Setbacks
 from occmap.stopwatch import Stopwatch
@@ -66,6 +66,7 @@ class Explorer:
         self.search = GoalSearch(GoalChooser(config.goals), self.looks, boundary)
         self.mobility = Mobility(config.stuck, config.recovery)
         self.setbacks = Setbacks(config.pursuit, self.planner, self.looks, self.search.looked_at)
+        self.pace = Pace(config.pace)
         self.ending = Ending(config.ending)
         self.status = Status.EXPLORING
         self.pursuit: Pursuit | None = None
@@ -74,10 +75,7 @@ class Explorer:
         self._watch = Stopwatch()
         self._replans = 0
         self._goal_switches = 0
-        self._begun_s: float | None = None
-        self._considered_s = -math.inf
-        self._considered_m2 = 0.0  # how much was known then, at most
-        self._last: tuple[Observation, Pose2] | None = None
+        self._last: tuple[Pose2, Observation] | None = None
 
     @property
     def grid(self) -> OccupancyGrid:
@@ -87,10 +85,10 @@ class Explorer:
     def decide(self, seen: Observation) -> Decision:
         """What to do until the next scan, given this one."""
         self._events, self._watch = [], Stopwatch()
-        here, seen = self._see(seen)
-        activity, twist = self._act(seen, here)
+        self.pace.begin(seen.time_s)
+        self._last = here, seen = self._see(seen)
+        activity, twist = self._act(here, seen)
         self.mobility.remember(seen, twist)
-        self._last = seen, here
         return self._decision(here, activity, twist)
 
     def _see(self, seen: Observation) -> tuple[Pose2, Observation]:
@@ -112,7 +110,7 @@ class Explorer:
     def _take_over(self, grid: OccupancyGrid, new_map_from_old_map: Pose2, here: Pose2) -> None:
         """The localizer has corrected the past: go on in its map with what is remembered."""
         self.map.replace(grid, here)
-        self._considered_m2 = 0.0
+        self.pace.forget_the_map()
         self.ending.carry_over(new_map_from_old_map, grid)
         self.search.carry_over(new_map_from_old_map)
         self.planner.barred.carry_over(new_map_from_old_map)
@@ -120,19 +118,20 @@ class Explorer:
             self.pursuit.carry_over(new_map_from_old_map)
         self._note("the map was corrected")
 
-    def _act(self, seen: Observation, here: Pose2) -> tuple[str, Twist2]:
+    def _act(self, here: Pose2, seen: Observation) -> tuple[str, Twist2]:
         """The activity of the moment and its twist."""
-        if self._is_looking_around(seen.time_s):
+        if self.pace.is_first_look(seen.time_s):
             return "looking", Twist2.zero()
         failed = np.count_nonzero(np.isnan(seen.scan.ranges_m))
         if self.status is Status.EXPLORING and failed > BLIND_SHARE * len(seen.scan.ranges_m):
             return "blind", Twist2.zero()
-        manoeuvre = self._recover(seen, here) if self.status is Status.EXPLORING else None
+        manoeuvre = self._recover(here, seen) if self.status is Status.EXPLORING else None
         if manoeuvre is not None:
             return "recovering", manoeuvre
         if self.status is Status.EXPLORING and not self.map.is_settling:
+            self._drop_what_is_gone()
             if self._should_think(seen.time_s):
-                self._think(seen, here)
+                self._think(here, seen)
             if self.ending.is_survey_due(seen.time_s):
                 with self._watch.lap("planning"):
                     self.ending.survey(self._flood(here, self.config.ending.survey_m), self.grid)
@@ -140,21 +139,15 @@ class Explorer:
             return self.status.value, Twist2.zero()
         if self.pursuit is None:
             return "looking", Twist2.zero()
-        return self._pursue(self.pursuit, seen, here)
+        return self._pursue(self.pursuit, here, seen)
 
-    def _is_looking_around(self, now_s: float) -> bool:
-        """The first moments."""
-        if self._begun_s is None:
-            self._begun_s = now_s
-        return now_s - self._begun_s < self.config.pace.first_look_s
-
-    def _recover(self, seen: Observation, here: Pose2) -> Twist2 | None:
+    def _recover(self, here: Pose2, seen: Observation) -> Twist2 | None:
         """The twist of a manoeuvre that frees the robot, if it is stuck; the end if none does."""
         attempts = self.mobility.attempts
         manoeuvre = self.mobility.manoeuvre(seen)
         if self.mobility.is_hopeless:
             self._note(f"stuck: {attempts} manoeuvres did not free it")
-            self._end(Status.STUCK, self._flood(here))
+            self._end(Status.STUCK, self._flood(here), seen)
         elif self.mobility.attempts > attempts:
             self._note(f"the robot does not move: manoeuvre {attempts + 1}")
             if self.pursuit is not None and attempts == 0:  # a series counts as one try
@@ -163,29 +156,26 @@ class Explorer:
             self.pursuit = None
         return manoeuvre
 
-    def _should_think(self, now_s: float) -> bool:
-        """At once if there is no goal, or no good one; a good one is weighed against others now and then.
+    def _drop_what_is_gone(self) -> None:
+        """A goal whose frontier is no more has been looked at, near or far."""
+        goal = self.pursuit.goal if self.pursuit is not None else None
+        if goal is not None and self.search.chooser.is_gone(goal, self.grid, self.map.frontier_mask):
+            self.search.looked_at.note(goal, self.grid)
+            self.pursuit = None
 
-        Only where something was learnt since: with the map as it was, another choice would be dithering.
-        """
+    def _should_think(self, now_s: float) -> bool:
+        """At once if there is no goal, or no good one; a good one is weighed against others now and then."""
         pursuit = self.pursuit
         if pursuit is None:
             return self.ending.is_search_due(now_s)
-        if self.search.chooser.is_gone(pursuit.goal, self.grid, self.map.frontier_mask):
-            self.search.looked_at.note(pursuit.goal, self.grid)
-            self.pursuit = None
-            return True
         if pursuit.has_arrived or pursuit.is_void:
             return pursuit.is_void
-        pace = self.config.pace
-        every_s = pace.reconsider_nook_s if pursuit.goal.is_nook else pace.reconsider_s
-        has_learnt = self.map.known_m2 >= self._considered_m2 + LEARNT_M2
-        return (has_learnt and now_s - self._considered_s >= every_s) or self._is_blocked(pursuit)
+        is_due = self.pace.is_due(self.map.known_m2, now_s, is_nook=pursuit.goal.is_nook)
+        return is_due or self._is_blocked(pursuit)
 
-    def _think(self, seen: Observation, here: Pose2) -> None:
+    def _think(self, here: Pose2, seen: Observation) -> None:
         """Choose a goal and a path to it; if there is none to be had for a while, end."""
-        self._considered_s = seen.time_s
-        self._considered_m2 = max(self._considered_m2, self.map.known_m2)
+        self.pace.weigh(self.map.known_m2, seen.time_s)
         with self._watch.lap("frontiers"):
             frontiers = self.map.find_frontiers()
         with self._watch.lap("planning"):
@@ -198,7 +188,7 @@ class Explorer:
             if found.best is None:
                 self.pursuit = None
                 if not self.planner.barred.reopen():
-                    self._end_if_done(found.wave, seen.time_s)
+                    self._end_if_done(found.wave, seen)
             else:
                 pursuit = self._set_out(found.best, found.wave, seen.time_s)
                 self.setbacks.learning.note(self.map.known_m2, pursuit.path.length_m, seen.time_s)
@@ -236,16 +226,16 @@ class Explorer:
         """Whether the map has voided what is left of a path."""
         return self.planner.is_blocked(pursuit.path, self.grid, self.map.clearance_m, pursuit.progress_m)
 
-    def _end_if_done(self, wave: Wavefront, now_s: float) -> None:
+    def _end_if_done(self, wave: Wavefront, seen: Observation) -> None:
         roomy = self.planner.traversable(self.grid, self.map.clearance_m)
-        status = self.ending.status(wave, self.grid, roomy, now_s)
+        status = self.ending.status(wave, self.grid, roomy, seen.time_s)
         if status is not Status.EXPLORING:
-            self._end(status, wave)
+            self._end(status, wave, seen)
 
-    def _end(self, status: Status, wave: Wavefront) -> None:
+    def _end(self, status: Status, wave: Wavefront, seen: Observation) -> None:
         self.status = status
         self.pursuit = None
-        self._unknown_left = self._certified(wave)
+        self._unknown_left = self._certified(wave, seen)
         self.map.restore_surfaces()
         self._note(f"{status.value}: {len(self._unknown_left)} frontiers left unseen")
 
@@ -253,25 +243,20 @@ class Explorer:
         """Each frontier that remains, and why; can be asked for at any time, also before the end."""
         if self.status is not Status.EXPLORING or self._last is None:
             return self._unknown_left
-        _, here = self._last
-        return self._certified(self._flood(here))
+        here, seen = self._last
+        return self._certified(self._flood(here), seen)
 
-    def _certified(self, wave: Wavefront) -> tuple[UnknownLeft, ...]:
-        frontiers, c = self.map.find_frontiers(), self.config
+    def _certified(self, wave: Wavefront, seen: Observation) -> tuple[UnknownLeft, ...]:
+        frontiers, max_range_m = self.map.find_frontiers(), seen.scan.max_range_m
         is_early = self.status in (Status.EXPLORING, Status.STUCK)
-        unvisited: list[Frontier] = []
-        slits: list[Frontier] = []
-        if self._last is not None:
-            max_range_m = self._last[0].scan.max_range_m
-            unvisited = self.search.unvisited(frontiers, self.grid, wave, max_range_m)
-            if not is_early:
-                slits = self.search.slits_left(self.grid, wave, max_range_m)
+        unvisited = self.search.unvisited(frontiers, self.grid, wave, max_range_m)
+        slits = [] if is_early else self.search.slits_left(self.grid, wave, max_range_m)
         return certify(
-            frontiers, self.grid, wave, self.looks, c.goals, self.body.radius_m, unvisited,
+            frontiers, self.grid, wave, self.looks, self.config.goals, self.body.radius_m, unvisited,
             self.map.frontiers_beyond, slits, is_early=is_early,
         )  # fmt: skip
 
-    def _pursue(self, pursuit: Pursuit, seen: Observation, here: Pose2) -> tuple[str, Twist2]:
+    def _pursue(self, pursuit: Pursuit, here: Pose2, seen: Observation) -> tuple[str, Twist2]:
         """Drive on, or look if there; give the goal up if that leads nowhere."""
         with self._watch.lap("planning"):
             steering = self.follower.follow(

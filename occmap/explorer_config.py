@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 
 from occmap.clearance import ClearanceConfig
@@ -11,28 +10,12 @@ from occmap.follower import FollowerConfig
 from occmap.frontiers import FrontierConfig
 from occmap.goal_config import GoalConfig
 from occmap.grid import GridConfig
+from occmap.pace import PaceConfig
 from occmap.planner import PlannerConfig
 from occmap.pursuit import PursuitConfig
 from occmap.recovery import RecoveryConfig
 from occmap.sensor_model import SensorModelConfig
 from occmap.stuck import StuckConfig
-
-
-@dataclass(frozen=True)
-class PaceConfig:
-    """When the explorer thinks again."""
-
-    first_look_s: float = 0.5
-    """It stands still this long at first: a cell takes a few scans to be believed free."""
-    reconsider_s: float = 3.0
-    """While a goal is good, its rivals are weighed this often."""
-    reconsider_nook_s: float = 10.0
-    """A nook has no rivals but other nooks: it is weighed less often."""
-
-    def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            if not (math.isfinite(value) and value >= 0.0):
-                raise ValueError(f"{name} must not be negative, got {value}")
 
 
 @dataclass(frozen=True)

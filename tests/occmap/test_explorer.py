@@ -10,7 +10,6 @@ import pytest
 
 from occmap.decision import Reason, Status
 from occmap.explorer import ExplorerConfig
-from occmap.explorer_config import PaceConfig
 from occmap.geometry import Pose2, Twist2
 from occmap.goal_config import GoalConfig
 from occmap.grid import Belief
@@ -222,8 +221,3 @@ def test_paths_end_at_viewpoints_and_goals_are_told():
         assert math.dist(decision.path.goal, decision.goal.viewpoint_in_map) < 0.35
     assert any(event.startswith("frontier at (") for event in flat.events)
     assert under_way[0].stage_s.keys() >= {"localization", "mapping", "frontiers", "planning"}
-
-
-def test_nonsense_is_refused():
-    with pytest.raises(ValueError, match="reconsider_s"):
-        PaceConfig(reconsider_s=-1.0)
