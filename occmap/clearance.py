@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from occmap.grid import Belief, OccupancyGrid
+from occmap.lazy_arrays import filled
 from occmap.mapper import GridChange
 
 
@@ -61,8 +62,11 @@ class ClearanceMap:
         offsets = np.arange(-radius, radius + 1)
         squares = offsets[:, None] ** 2 + offsets[None, :] ** 2
         self._disc = self._by_squares[np.minimum(squares, len(self._by_squares) - 1)]
-        self._column = np.full(grid.shape, radius, np.uint8)
-        self.distance_m = np.full(grid.shape, self.config.truncate_m, np.float32)
+        if self.distance_m.shape != grid.shape:
+            self._column = filled(grid.shape, radius, np.uint8)
+            self.distance_m = filled(grid.shape, self.config.truncate_m, np.float32)
+        else:  # after a correction: to write to memory that there is costs a fraction
+            self._column[...], self.distance_m[...] = radius, self.config.truncate_m
 
     def take_rows(self, rows: slice, grid: OccupancyGrid) -> None:
         """Take in the obstacles in some rows of a grid, after `clear`; in any order, each once."""

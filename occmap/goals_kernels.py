@@ -35,11 +35,13 @@ def sees(state, x0, y0, x1, y1, most_unknown):
         if doubled < dx:
             error += dx
             y += sy
-        if state[was_y, x] == OCCUPIED and state[y, was_x] == OCCUPIED:
+        is_diagonal = x != was_x and y != was_y
+        if is_diagonal and state[was_y, x] == OCCUPIED and state[y, was_x] == OCCUPIED:
             return False
-        if state[y, x] == OCCUPIED:
+        here = state[y, x]
+        if here == OCCUPIED:
             return False
-        if state[y, x] == UNKNOWN:
+        if here == UNKNOWN:
             unknown += 1
             if unknown > most_unknown:
                 return False

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from occmap.geometry import Points
-from occmap.lazy_arrays import copy_written, lazy_zeros
+from occmap.lazy_arrays import copy_written, filled
 
 Cells = NDArray[np.int64]
 """(n, 2) cell indices (ix, iy) = (column, row)."""
@@ -198,7 +198,7 @@ def moved(
     fill: np.generic,
 ) -> NDArray:
     """A copy of a layer in a larger array whose first cell is new_offset; new cells hold fill."""
-    out = lazy_zeros(shape, array.dtype) if fill == 0 else np.full(shape, fill, dtype=array.dtype)
+    out = filled(shape, fill, array.dtype)
     ny, nx = array.shape
     if array.size:
         dx, dy = old_offset[0] - new_offset[0], old_offset[1] - new_offset[1]

@@ -31,6 +31,14 @@ def lazy_zeros(shape: tuple[int, int], dtype: DTypeLike) -> NDArray:
     return np.frombuffer(memory, dtype).reshape(shape)
 
 
+def filled(shape: tuple[int, int], value: np.generic | float, dtype: DTypeLike) -> NDArray:
+    """An array (ny, nx) of one value; where it is 0, lazily, and else in huge pages as well."""
+    out = lazy_zeros(shape, dtype)
+    if value != 0:
+        out[...] = value
+    return out
+
+
 def copy_written(source: NDArray, target: NDArray) -> None:
     """target[...] = source, (ny, nx) both, passing over blocks that hold nothing but zeros in either."""
     if source.nbytes < LARGE_BYTES:

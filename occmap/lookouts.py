@@ -60,12 +60,14 @@ def lookouts(coarse: CoarseMap, sights: Sequence[Sight], from_start_m: NDArray[n
     blocks, rows, seen = blocks[by_cost], np.argsort(by_cost)[rows], pairs[:, 1]
     found: list[Lookout] = []
     left = np.ones(len(sights), bool)
-    while left[seen].any():
-        best = int(np.argmax(np.bincount(rows, sizes[seen] * left[seen])))
-        members = seen[(rows == best) & left[seen]]
+    while len(seen):
+        best = int(np.argmax(np.bincount(rows, sizes[seen])))
+        members = seen[rows == best]
         members = members[np.argsort(-sizes[members], kind="stable")]
         found.append(Lookout(int(blocks[best]), tuple(members.tolist()), is_exact=True))
         left[members] = False
+        still = left[seen]
+        rows, seen = rows[still], seen[still]
     for k in np.flatnonzero(left).tolist():
         block = coarse.block_of(sights[k].frontier)
         if block is not None and np.isfinite(from_start_m.ravel()[block]):

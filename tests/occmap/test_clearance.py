@@ -79,6 +79,20 @@ def test_a_grid_that_grew_is_measured_anew():
     np.testing.assert_allclose(clearance.distance_m, expected(grid, 1.0), atol=1e-6)
 
 
+def test_another_grid_of_the_same_shape_is_measured_anew_where_the_last_one_was():
+    """Nothing of the last one is left; and no memory is asked for, which takes long on a large map."""
+    clearance = ClearanceMap()
+    for cell in (30, 310):
+        grid = grid_of(20, 20)
+        grid.state.ravel()[cell] = Belief.OCCUPIED
+        clearance.rebuild(grid)
+        memory = clearance.distance_m
+        np.testing.assert_allclose(memory, expected(grid, 1.0), atol=1e-6)
+    clearance.clear(grid_of(20, 20))
+    assert clearance.distance_m is memory
+    assert (memory == 1.0).all()
+
+
 def test_a_truncation_of_more_cells_than_a_byte_counts_is_refused():
     with pytest.raises(ValueError, match="truncate_m"):
         ClearanceMap(ClearanceConfig(truncate_m=20.0)).rebuild(grid_of(3, 3))

@@ -7,7 +7,7 @@ import pytest
 
 from occmap import lazy_arrays
 from occmap.grid import moved
-from occmap.lazy_arrays import copy_written, fill_written, lazy_zeros
+from occmap.lazy_arrays import copy_written, fill_written, filled, lazy_zeros
 
 
 @pytest.fixture
@@ -65,3 +65,9 @@ def test_to_move_a_layer_hardly_written_to_takes_hardly_any_memory():
     out = moved(layer, (0, 0), (-500, -500), (9000, 9000), np.float32(0.0))
     assert (out[4500:4600, 4500:4600] == 1.0).all()
     assert (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before_kb) < 100_000
+
+
+@pytest.mark.parametrize("value", [0, 0.25, 7])
+@pytest.mark.parametrize("shape", [(3, 5), (2000, 3000)])
+def test_filled_is_full(shape, value):
+    np.testing.assert_array_equal(filled(shape, value, np.float32), np.full(shape, value, np.float32))
