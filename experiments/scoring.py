@@ -17,6 +17,7 @@ explorable one:
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,6 +27,9 @@ from scipy import ndimage
 from occmap.geometry import Pose2
 from occmap.grid import Belief, GridFrame, OccupancyGrid
 from sim.truth import Mask, TruthGrid, rim, surface
+
+BLOCK_CELLS = 1 << 16
+"""A building may have millions of cells: so many are looked up at a time, for the memory that takes."""
 
 
 @dataclass(frozen=True)
@@ -69,12 +73,14 @@ class Scorer:
 
     def belief(self, grid: OccupancyGrid) -> NDArray[np.uint8]:
         """(ny, nx) the map's belief at the centre of each truth cell in or near the explorable area."""
-        ix, iy = self._lattice_cells[0] - grid.offset[0], self._lattice_cells[1] - grid.offset[1]
-        ny, nx = grid.shape
-        inside = (ix >= 0) & (ix < nx) & (iy >= 0) & (iy < ny)
-        values = np.take(grid.state.ravel(), iy * nx + ix, mode="clip") * inside  # outside: unknown, 0
         belief = np.full(self.explorable.size, Belief.UNKNOWN, np.uint8)
-        belief[self._read_at] = values
+        ny, nx = grid.shape
+        for block in blocks(len(self._read_at)):
+            cells = self._lattice_cells[:, block]
+            ix, iy = cells[0] - grid.offset[0], cells[1] - grid.offset[1]
+            inside = (ix >= 0) & (ix < nx) & (iy >= 0) & (iy < ny)
+            values = np.take(grid.state.ravel(), iy * nx + ix, mode="clip")
+            belief[self._read_at[block]] = values * inside  # outside: unknown, 0
         return belief.reshape(self.explorable.shape)
 
     def _cells_read(self) -> NDArray[np.int32]:
@@ -84,7 +90,7 @@ class Scorer:
             self.world_from_map.inverse(),
         )
         out = np.empty((2, len(self._read_at)), np.int32)
-        for block in np.array_split(np.arange(len(self._read_at)), 16):  # a building may have millions
+        for block in blocks(len(self._read_at)):
             iy, ix = np.divmod(self._read_at[block], self.explorable.shape[1])
             centres = self.truth.world_from_cell(np.column_stack((ix, iy)))
             out[:, block] = lattice.cell_from_map(map_from_world.apply(centres)).T
@@ -146,3 +152,9 @@ def _spread(mask: Mask, axis: int) -> Mask:
 def count(mask: Mask) -> int:
     """True cells."""
     return int(np.count_nonzero(mask))
+
+
+def blocks(n: int) -> Iterator[slice]:
+    """All of n cells, BLOCK_CELLS at a time."""
+    for start in range(0, n, BLOCK_CELLS):
+        yield slice(start, start + BLOCK_CELLS)

@@ -44,6 +44,7 @@ def certify(
     beyond: others, on the far side of the boundary.
     slits: mouths of nooks along walls, which are no frontiers as such, not worth the way.
     """
+    glimpsed = () if is_early else _only_glimpsed(grid)  # first: each takes the memory of a map or two
     reasons = Reasons(grid, wave, looks, goals.least_frontier_m(grid.frame.resolution_m), body_radius_m)
     could_be_looked_into = {id(frontier) for frontier in unvisited}
 
@@ -62,7 +63,7 @@ def certify(
     return (
         *map(own, frontiers),
         *(left(slit, *reasons.not_worth_the_way(slit, "a slit {:.2f} m wide")) for slit in slits),
-        *(() if is_early else _only_glimpsed(grid)),
+        *glimpsed,
         *(left(frontier, Reason.OUTSIDE, "beyond the boundary") for frontier in beyond),
     )
 
