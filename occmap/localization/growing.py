@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import DTypeLike, NDArray
+from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 
 class GrowingArray:
@@ -16,9 +16,11 @@ class GrowingArray:
     def __len__(self) -> int:
         return self._count
 
-    def append(self, row: object) -> None:
+    def append(self, row: ArrayLike) -> None:
         if self._count == len(self._storage):
-            self._storage = np.concatenate((self._storage, np.zeros_like(self._storage)))
+            full = self._storage
+            self._storage = np.zeros((2 * len(full), *full.shape[1:]), full.dtype)  # lazily: free until used
+            self._storage[: len(full)] = full
         self._storage[self._count] = row
         self._count += 1
 

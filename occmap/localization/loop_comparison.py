@@ -143,8 +143,8 @@ def _seen_through(config: ComparisonConfig, older: Submap, younger: Submap, matc
 
 def seen_nearby(submap: Submap, spacing_m: float, config: ComparisonConfig) -> Cloud:
     """The surfels seen at least twice, near where the robot was; the surest of each square of this side."""
-    rows = submap.cloud
-    assert rows is not None, "only finished submaps are compared"
+    assert submap.cloud is not None, "only finished submaps are compared"
+    rows = submap.cloud.rows
     rows = rows[rows[:, 5] >= 2.0]
     rows = rows[np.argsort(-rows[:, 5], kind="stable")]
     square = np.floor(rows[:, :2] / spacing_m).astype(np.int64)

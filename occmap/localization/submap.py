@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from occmap.geometry import Points, Pose2
 from occmap.localization.likelihood_pyramid import LikelihoodPyramid
 from occmap.localization.positive import Positive
-from occmap.localization.surfel_map import Cloud, Corner, SurfelMap
+from occmap.localization.surfel_map import Cloud, Corner, PackedSurfels, SurfelMap
 from occmap.scan import Scan
 
 
@@ -62,7 +62,7 @@ class Submap:
     information: NDArray[np.float64]  # (3, 3) of previous_from_submap, in this submap's frame
     reach_m: float
     scans: int = 0
-    cloud: NDArray[np.float32] | None = None  # (n, COLUMNS) surfels, once finished
+    cloud: PackedSurfels | None = None  # all surfels, once finished
     centre: tuple[float, float] = (0.0, 0.0)  # mean of the robot's positions
     views: list[View] = field(default_factory=list)
     is_after_gap: bool = False  # nothing was tracked from the previous one to this
@@ -93,7 +93,7 @@ class Submap:
         """
         rows = self.surfels.finished_rows()
         met, passed = self.judge(rows[:, :2].astype(np.float64))
-        self.cloud = rows[passed <= met]
+        self.cloud = PackedSurfels.of(rows[passed <= met])
         self.release()
 
     def judge(self, points: Points) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -116,14 +116,14 @@ class Submap:
     @property
     def rows(self) -> NDArray[np.float64]:
         """(n, COLUMNS) the surfels so far; normals may be behind while it grows."""
-        return self.surfels.known if self.cloud is None else self.cloud.astype(np.float64)
+        return self.surfels.known if self.cloud is None else self.cloud.rows.astype(np.float64)
 
     @property
     def surfels(self) -> SurfelMap:
         if self._surfels is None:
             self._surfels = SurfelMap(self.config.voxel_m, *self._bounds())
             if self.cloud is not None:
-                self._surfels.adopt(self.cloud)
+                self._surfels.adopt(self.cloud.rows)
         return self._surfels
 
     @property
@@ -131,7 +131,7 @@ class Submap:
         if self._raster is None:
             self._raster = LikelihoodPyramid(self.config.cell_m, self.config.spread_m, *self._bounds())
             if self.cloud is not None:
-                self._raster.insert(self.cloud[:, :2].astype(np.float64))
+                self._raster.insert(self.cloud.means.astype(np.float64))
         for cloud in self._unstamped:
             self._raster.insert(cloud.walls())
         self._unstamped.clear()
@@ -143,7 +143,7 @@ class Submap:
             half = min(self.reach_m, self.config.reach_m) + self.config.margin_m
             return (-half, -half), (half, half)
         room_m = 4.0 * self.config.voxel_m
-        low, high = self.cloud[:, :2].min(axis=0) - room_m, self.cloud[:, :2].max(axis=0) + room_m
+        low, high = self.cloud.means.min(axis=0) - room_m, self.cloud.means.max(axis=0) + room_m
         return (float(low[0]), float(low[1])), (float(high[0]), float(high[1]))
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from occmap.geometry import Pose2
 from occmap.localization.submap import Submap, SubmapConfig
-from occmap.localization.surfel_map import BRIDGE_SPACING_M, Cloud
+from occmap.localization.surfel_map import BRIDGE_SPACING_M, Cloud, PackedSurfels
 from occmap.scan import Scan
 
 BEARINGS = np.linspace(-math.pi, math.pi, 90, endpoint=False)
@@ -54,3 +54,20 @@ def test_a_raster_is_the_same_whenever_it_is_asked_for():
             submap.insert(cloud, pose)
         assert early.raster.buffer.any()
     np.testing.assert_array_equal(early.raster.buffer, late.raster.buffer)
+
+
+def test_surfels_are_packed_to_half_a_milliradian_and_in_two_thirds_of_the_room():
+    rng = np.random.default_rng(3)
+    angles = rng.uniform(-math.pi, math.pi, (2, 500))
+    rows = np.column_stack(
+        (
+            *(rng.uniform(-60.0, 60.0, (2, 500))),
+            *(np.cos(angles[0]), np.sin(angles[0]), rng.uniform(-1.0, 1.0, 500)),
+            *(rng.integers(1, 2048, 500), np.cos(angles[1]), np.sin(angles[1])),
+        )
+    ).astype(np.float32)
+    packed = PackedSurfels.of(rows)
+    assert packed.means.nbytes + packed.others.nbytes < 0.65 * rows.nbytes
+    for exact in (0, 1, 5):
+        np.testing.assert_array_equal(packed.rows[:, exact], rows[:, exact])
+    np.testing.assert_allclose(packed.rows, rows, atol=5e-4)

@@ -12,6 +12,7 @@ from occmap.localization import compass_kernels as kernels
 from occmap.localization.compass import QUARTER, Compass, CompassConfig
 from occmap.localization.pose_graph import PoseGraph
 from occmap.localization.submap import Submap, SubmapConfig
+from occmap.localization.surfel_map import PackedSurfels
 
 CONFIG = CompassConfig()
 SPACING_M = 0.05
@@ -54,12 +55,8 @@ def off_deg(yaw_rad: float, true_rad: float) -> float:
 def compass(*turns_rad: float, told_rad: float = 0.0) -> tuple[Compass, PoseGraph]:
     """Of submaps that each show the rooms, turned; the graph has walked by told_rad in the last one."""
     rng, graph = np.random.default_rng(1), PoseGraph()
-    submaps = [
-        Submap(
-            SubmapConfig(), Pose2.identity(), np.eye(3), 12.0, cloud=turned(rooms(rng), t).astype(np.float32)
-        )
-        for t in turns_rad
-    ]
+    clouds = [PackedSurfels.of(turned(rooms(rng), t).astype(np.float32)) for t in turns_rad]
+    submaps = [Submap(SubmapConfig(), Pose2.identity(), np.eye(3), 12.0, cloud=cloud) for cloud in clouds]
     step = Pose2(2.0, 0.0, told_rad)
     for k in range(len(submaps)):
         graph.add_node(graph.pose(k - 1) @ step if k else Pose2.identity())

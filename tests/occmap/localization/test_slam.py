@@ -183,5 +183,5 @@ def test_a_turning_lidar_at_rest_is_averaged_though_the_wheels_flicker():
     flicker = [replace(seen, odom_from_robot=odom) for seen, odom in zip(still, wheels, strict=True)]
     times = np.linspace(-0.2, 0.0, 180)
     turning = [replace(seen, scan=replace(seen.scan, beam_times_s=times)) for seen in flicker]
-    at_once, spun = (mapped(stream).tracker.submaps[0].cloud for stream in (flicker, turning))
+    at_once, spun = (mapped(stream).tracker.submaps[0].rows for stream in (flicker, turning))
     np.testing.assert_array_equal(spun, at_once)
