@@ -18,7 +18,7 @@ from occmap.looked_at import LookedAt
 from occmap.memory import FailedLooks
 from occmap.nooks import Nooks
 from occmap.strategies import is_by_cost_alone
-from occmap.tour import Tour
+from occmap.tour import Stop, Tour
 from occmap.views import Views
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ class GoalSearch:
         self._views = Views(chooser, looks, self.looked_at)
         self._nooks = Nooks(chooser, looks, boundary)
         self._leftovers: Leftovers | None = None
-        self._hopeless, self._unworthy = Hopeless(), Hopeless()
+        self._hopeless = Hopeless()
         self._tour = Tour(chooser.config.tour) if chooser.config.strategy == "tour" else None
 
     def carry_over(self, new_map_from_old_map: Pose2) -> None:
@@ -143,13 +143,12 @@ class GoalSearch:
         self, frontiers: Sequence[Frontier], grid: OccupancyGrid, wave: Wavefront, max_range_m: float
     ) -> list[Frontier]:
         """Those that could still be looked into, worth it or not, given a flood of all in reach."""
-        worth_a_look = list(self._views.worth_a_look(frontiers, grid))
+        views = self._views
         return [
             frontier
-            for frontier, failed in worth_a_look
-            if self._views.first(frontier, self.chooser.looks_at(frontier, grid)[failed:], grid, wave)
-            is not None
-            or any(self._views.all_from_afar([(frontier, failed)], grid, wave, max_range_m))
+            for frontier, failed in views.worth_a_look(frontiers, grid)
+            if views.has_place(frontier, failed, grid, wave)
+            or any(views.all_from_afar([(frontier, failed)], grid, wave, max_range_m))
         ]
 
     def slits_left(self, grid: OccupancyGrid, wave: Wavefront, max_range_m: float) -> list[Frontier]:
@@ -175,41 +174,32 @@ class GoalSearch:
         way_left_m: float,
     ) -> tuple[list[Goal], Wavefront]:
         """Goals at the first stop of a tour that has any; what no tour gets to is sought as without one."""
-        wave = flood(BOUNDS_M[0])
-        views, candidates = self._views, self._candidates(frontiers, grid, wave)
+        wave, hopeless = flood(BOUNDS_M[0]), self._hopeless.among(frontiers, grid)
+        worth_a_look = self._views.worth_a_look(frontiers, grid)
+        candidates = [(each, failed) for each, failed in worth_a_look if id(each) not in hopeless]
         heading = _nearest_to(pursued, candidates)
         sights = [self.chooser.sight_of(each, grid, failed) for each, failed in candidates]
         for stop in tour.stops(sights, wave.terrain, wave.start_cell, heading):
-            members = [candidates[k] for k in stop.members]
-            for detour in DETOURS:
-                wave = flood(max(BOUNDS_M[0], detour * stop.cost_m + NEAR_M))
-                goals = views.from_lookout(stop, members, grid, wave) or views.from_near(members, grid, wave)
-                if goals:
-                    return goals, wave
-                looks = [(each, self.chooser.looks_at(each, grid)[n:]) for each, n in members]
-                if any(views.first(each, some, grid, wave) for each, some in looks):
-                    for frontier, _ in members:
-                        self._unworthy.note(frontier, grid)
-                    break  # not worth the way, from here
-            else:
-                for frontier, _ in members:
-                    self._hopeless.note(frontier, grid)
+            found = self._at_stop(stop, [candidates[k] for k in stop.members], grid, flood)
+            if found is not None:
+                return found
         return self._widening(frontiers, grid, flood, pursued, way_left_m)
 
-    def _candidates(
-        self, frontiers: Sequence[Frontier], grid: OccupancyGrid, wave: Wavefront
-    ) -> list[tuple[Frontier, int]]:
-        """What a tour goes through: not what nobody can look into, nor what is far and not worth the way."""
-        hopeless = self._hopeless.among(frontiers, grid)
-        unworthy, far_m = self._unworthy.among(frontiers, grid), self.chooser.config.worth_way_m + NEAR_M
-        return [
-            (frontier, failed)
-            for frontier, failed in self._views.worth_a_look(frontiers, grid)
-            if id(frontier) not in hopeless
-            and not (
-                id(frontier) in unworthy and math.dist(wave.start_in_map, frontier.centroid_in_map) > far_m
-            )
-        ]
+    def _at_stop(
+        self, stop: Stop, members: Sequence[tuple[Frontier, int]], grid: OccupancyGrid, flood: Flood
+    ) -> tuple[list[Goal], Wavefront] | None:
+        """Goals at a stop of a tour that are worth the way; what there is no place for is hopeless."""
+        views = self._views
+        for detour in DETOURS:
+            wave = flood(max(BOUNDS_M[0], detour * stop.cost_m + NEAR_M))
+            goals = views.from_lookout(stop, members, grid, wave) or views.from_near(members, grid, wave)
+            if goals:
+                return goals, wave
+            if any(views.has_place(each, failed, grid, wave) for each, failed in members):
+                return None
+        for frontier, _ in members:
+            self._hopeless.note(frontier, grid)
+        return None
 
     def _widening(
         self,

@@ -65,13 +65,18 @@ class Views:
         for frontier, failed in frontiers:
             looks = self._chooser.looks_at(frontier, grid)[failed:]
             looks = looks if best is None else looks[:1]
-            goal = self.first(frontier, looks, grid, wave, self._chooser.affordable_m(best))
+            goal = self._first(frontier, looks, grid, wave, self._chooser.affordable_m(best))
             if goal is not None and self.is_worth_the_way(goal, grid):
                 goals.append(goal)
                 best = best_of((best, goal)) if best is not None else goal
         return goals
 
-    def first(
+    def has_place(self, frontier: Frontier, failed: int, grid: OccupancyGrid, wave: Wavefront) -> bool:
+        """Whether there is one to look into a frontier from near, worth the way or not."""
+        looks = self._chooser.looks_at(frontier, grid)[failed:]
+        return self._first(frontier, looks, grid, wave) is not None
+
+    def _first(
         self,
         frontier: Frontier,
         looks: Sequence[tuple[float, float]],

@@ -68,26 +68,6 @@ def test_what_is_left_is_told():
     assert scene.search.unvisited(scene.frontiers, scene.grid, wave, MAX_RANGE_M) == scene.frontiers
 
 
-def test_a_tour_does_not_go_through_what_is_not_worth_the_way(monkeypatch):
-    """Else it would order what is worth it by what is not: it is left out once that is known."""
-    scene = looked_into(scene_of(corridor(NARROW), 5))
-    tour, toured = scene.search._tour, []
-    assert tour is not None
-    stops = tour.stops
-
-    def counted(sights, *rest):
-        toured.append(len(sights))
-        return stops(sights, *rest)
-
-    monkeypatch.setattr(tour, "stops", counted)
-    scene.run()
-    scene.run()
-    assert toured == [1, 0]
-    scene.start = (850, 8)
-    assert scene.run().best is not None
-    assert toured == [1, 0, 1]
-
-
 @pytest.mark.parametrize(("way_left_m", "is_kept"), [(1.0, True), (90.0, False)])
 def test_a_nook_that_is_nearly_reached_is_not_left_for_a_frontier_farther_off(way_left_m, is_kept):
     scene = scene_of(corridor(WIDE), 5)
