@@ -234,6 +234,10 @@ class Matcher:
         )
         return best, score / whole
 
+    def fit_at(self, cloud: Cloud, submap: Submap, pose: Pose2) -> float:
+        """Share of the points that lie on the map at just this pose."""
+        return self.refine(cloud, submap, pose, pose, HELD * np.eye(3)).fit
+
     def thinned(self, points: Points, spacing_m: float) -> Points:
         """The points at least so far from the last one kept, in order."""
         from occmap.localization import search_kernels
@@ -254,6 +258,10 @@ class Matcher:
         return Match(
             Pose2(*pose), information, information + prior_information, weight / max(1, len(cloud.points))
         )
+
+
+HELD = 1e12
+"""Information that no scan can outweigh."""
 
 
 def by_chance(cloud: Cloud) -> float:

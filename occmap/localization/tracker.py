@@ -11,7 +11,7 @@ import numpy as np
 
 from occmap.geometry import Pose2, wrap_angle
 from occmap.localization.long_look import LongLook
-from occmap.localization.matcher import Match, Matcher, axes
+from occmap.localization.matcher import Match, Matcher, axes, by_chance
 from occmap.localization.motion import Prediction
 from occmap.localization.positive import Positive
 from occmap.localization.submap import Submap, SubmapConfig, View
@@ -33,10 +33,13 @@ class TrackerConfig(Positive):
     """The wheels stand while they have not gone farther than this from the start: encoders flicker."""
     still_rad: float = 0.004
     """Nor turned farther."""
-    still_fit_m: float = 0.015
-    """And the scans agree that nothing moved, to their noise."""
-    still_fit_rad: float = 0.012
+    still_fit_m: float = 0.04
+    """And the scans agree that nothing moved, to the noise of both ends."""
+    still_fit_rad: float = 0.02
     """The same, of their turn."""
+    still_doubts: int = 1
+    """So many scans in a row may contradict wheels that stand, if at the start they fit as well: beside one
+    other scan, and before the wheels are known to count at all, one fits anywhere along parallel walls."""
     poor_fit: float = 0.5
     """A scan that fits as badly as this, far and noisy walls in a wide hall, contradicts the wheels only"""
     still_poor_m: float = 0.15
@@ -111,6 +114,7 @@ class Tracker:
         self._first = 0  # submap since the last gap
         self._usual_fit = 0.0
         self._still: Pose2 | None = Pose2.identity()  # the wheels' word since the start, until they move
+        self._doubts = 0  # scans in a row that see the robot elsewhere while the wheels stand
         self._first_look: LongLook
         self._last_view: View | None = None
 
@@ -135,7 +139,7 @@ class Tracker:
             return self._begin_anew(cloud, prediction, scan, robot_from_lidar)
         self._usual_fit += (match.fit - self._usual_fit) / self.config.usual_memory
         if self._still is not None:
-            if self.wheels_stand(prediction.step) and self._scan_stands(match):
+            if self.wheels_stand(prediction.step) and self._scan_stands(match, cloud):
                 self._still = self._still @ prediction.step
                 return self._look_again(scan)
             self._still = None
@@ -186,18 +190,24 @@ class Tracker:
         c = self.config
         return self._still is not None and is_within(self._still @ step, c.still_m, c.still_rad)
 
-    def _scan_stands(self, match: Match) -> bool:
-        """Whether the scan does not see the robot anywhere but at the start."""
+    def _scan_stands(self, match: Match, cloud: Cloud) -> bool:
+        """Whether the scan does not see the robot anywhere but at the start, or not clearly so."""
         c = self.config
         near_m, near_rad = c.still_fit_m, c.still_fit_rad
         if match.fit < c.poor_fit:
             near_m, near_rad = c.still_poor_m, c.still_poor_rad
-        return is_within(match.submap_from_robot, near_m, near_rad)
+        if is_within(match.submap_from_robot, near_m, near_rad):
+            self._doubts = 0
+            return True
+        self._doubts += 1
+        gain = match.fit - self.matcher.fit_at(cloud, self.submaps[0], Pose2.identity())
+        return self._doubts <= c.still_doubts and gain < by_chance(cloud)
 
     def _look_again(self, scan: Scan) -> Tracked:
         """The robot still stands at the map's origin: one more look at the same, to average out the noise."""
         looks = len(self._first_look)
-        if looks < self.config.first_scans and self._first_look.add(scan) and (looks + 1) & looks == 0:
+        is_wanted = looks < self.config.first_scans and self._doubts == 0
+        if is_wanted and self._first_look.add(scan) and (looks + 1) & looks == 0:
             self._learn_the_start()
         self.last_step = Pose2.identity()
         return Tracked(0, self._pose, self._pose, 0.0)

@@ -11,6 +11,7 @@ from occmap.localization.map_localizer import MapLocalizer
 from occmap.localization.state_file import load, save
 from occmap.localization.told_map import ToldMapConfig
 from occmap.mapper import Mapper
+from tests.occmap.kinematic_world import room
 from tests.occmap.localization.drives import RING, RING_LAP, drive, errors_m, mapped, observe, scan_at
 
 LAPS = drive([*RING_LAP, *RING_LAP, RING_LAP[0]])
@@ -185,3 +186,27 @@ def test_a_turning_lidar_at_rest_is_averaged_though_the_wheels_flicker():
     turning = [replace(seen, scan=replace(seen.scan, beam_times_s=times)) for seen in flicker]
     at_once, spun = (mapped(stream).tracker.submaps[0].rows for stream in (flicker, turning))
     np.testing.assert_array_equal(spun, at_once)
+
+
+def test_noise_does_not_cut_the_first_look_short():
+    """The first scan is as noisy as any: all others may lie to one side of it."""
+    hall = room(16.0, 12.0, (6, 5, 6.5, 6))
+    for seed in range(6):
+        still = observe(
+            hall, [Pose2(5.0, 4.5, 0.3)] * 30, np.random.default_rng(seed), noise_scale=2.0, beams=360
+        )
+        slam = SlamLocalizer()
+        for seen in still:
+            slam.update(seen)
+        assert not slam.tracker.has_left_the_start
+        assert len(slam.tracker._first_look) == 30
+
+
+def test_a_scan_that_fits_anywhere_along_a_corridor_does_not_move_wheels_that_stand():
+    """Least of all the second one, before the wheels have flickered: there might be none."""
+    corridor = np.array([(-50, 1.0, 50, 1.2), (-50, -1.2, 50, -1.0)], float)
+    for seed in range(6):
+        still = observe(corridor, [Pose2.identity()] * 12, np.random.default_rng(seed), max_range_m=8.0)
+        wheels = [Pose2(0.0, 0.0, 0.001 * (k >= 2)) for k in range(12)]
+        slam = mapped([replace(seen, odom_from_robot=odom) for seen, odom in zip(still, wheels, strict=True)])
+        assert all(pose == Pose2.identity() for pose in _poses(slam))
