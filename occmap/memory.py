@@ -88,7 +88,8 @@ def still_there(looks: Sequence[L], frontier: Frontier, within_m: float, grid: O
 
 def carried(look: L, new_map_from_old_map: Pose2) -> L:
     """The same look after a correction of the map."""
-    return replace(look, in_map=middle(new_map_from_old_map.apply(np.array([look.in_map]))))
+    x_m, y_m = (new_map_from_old_map @ Pose2(*look.in_map, 0.0)).position
+    return replace(look, in_map=(float(x_m), float(y_m)))
 
 
 def are_joined(a: tuple[float, float], b: tuple[float, float], grid: OccupancyGrid) -> bool:
