@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from experiments.allocator import give_back_large_blocks
 from experiments.config import ExperimentConfig
 from experiments.outcome import Outcome
 from experiments.recorders.setting import Setting
@@ -71,6 +72,7 @@ class Experiment:
 
 def prepare(config: ExperimentConfig) -> Experiment:
     """Build everything. ValueError for what cannot be, before anything is simulated."""
+    give_back_large_blocks()
     stopwatch = Stopwatch()
     streams = Streams(config.seed)
     with stopwatch.lap("building"):
