@@ -98,14 +98,12 @@ class Reasons:
         Where the body cannot come up to it, a gap too narrow for it is what is wrong, however short the
         part of it in sight is, and however often the robot has looked in from a distance.
         """
-        size_m, r = self.size_m(frontier), self._grid.frame.resolution_m
+        size_m = self.size_m(frontier)
         is_short = size_m < self._least_m
         failed = [] if is_short else self._looks.at(frontier, self._grid)
-        corner_m = self._body_radius_m if is_short else 0.0  # noise flickers in corners, too
         away_m = _distance_m(frontier, self._grid, self._reached)
-        is_apart = away_m >= self._body_radius_m + corner_m + 2.0 * r
-        if is_apart or not (is_short or failed):
-            return Reason.TOO_NARROW, f"{self._body} comes no nearer than {min(away_m, FAR_M):.2f} m"
+        if self._is_apart(away_m, is_short=is_short) or not (is_short or failed):
+            return Reason.TOO_NARROW, self._no_nearer(away_m)
         if is_short:
             return Reason.SPECK, f"{size_m:.2f} m long, shorter than the {self._least_m:.2f} m worth a look"
         return failed[-1].reason, f"{len(failed)} tries: {failed[-1].why}"
@@ -114,9 +112,19 @@ class Reasons:
         """Of one that could be looked into, near by or from afar; `what` is said of its length."""
         size_m = self.size_m(frontier)
         what = what.format(size_m)
+        away_m = _distance_m(frontier, self._grid, self._reached)
         if size_m < 2.0 * self._body_radius_m:
             return Reason.TOO_NARROW, f"{what}: {self._body} does not fit, and it is not worth the way"
+        if self._is_apart(away_m):
+            return Reason.TOO_NARROW, f"{what}, seen from afar: {self._no_nearer(away_m)}, not worth the way"
         return Reason.SPECK, f"{what}: not worth the way"
+
+    def _is_apart(self, away_m: float, *, is_short: bool = False) -> bool:
+        corner_m = self._body_radius_m if is_short else 0.0  # noise flickers in corners, too
+        return away_m >= self._body_radius_m + corner_m + 2.0 * self._grid.frame.resolution_m
+
+    def _no_nearer(self, away_m: float) -> str:
+        return f"{self._body} comes no nearer than {min(away_m, FAR_M):.2f} m"
 
 
 def _only_glimpsed(grid: OccupancyGrid) -> list[UnknownLeft]:

@@ -31,7 +31,8 @@ class Reason(Enum):
     """Why a frontier is left unseen."""
 
     TOO_NARROW = "too_narrow"
-    """Free space leads to it, but the body does not fit through, and nowhere it can stand looks in."""
+    """Free space leads to it, but the body does not fit through, and nowhere it can stand looks in, unless
+    that is far from there and not worth the way."""
     SEALED = "sealed"
     """No free space leads to it: seen through glass, over a wall or by a stray beam."""
     SPECK = "speck"
