@@ -77,6 +77,7 @@ def run(
         loop_s = time.perf_counter() - begun - stopwatch.total_s("scoring") - stopwatch.total_s("truth")
         if last is not None:
             curve.sample(last)  # recorders may show the final score as they close
+        experiment.explorer.planner.release()  # drawing takes memory, too
         _close(watchers)
     assert last is not None, "the first scan comes before the first physics step and the time limit"
     outcome = _outcome(last, bool(fault), interrupted)

@@ -31,6 +31,9 @@ from sim.truth import Mask, TruthGrid, rim, surface
 BLOCK_CELLS = 1 << 16
 """A building may have millions of cells: so many are looked up at a time, for the memory that takes."""
 
+SMALL_CELLS = 1 << 13
+"""In a building less wide, cells counted from the start take 16 bits, however the map is turned."""
+
 
 @dataclass(frozen=True)
 class MapScore:
@@ -62,7 +65,7 @@ class Scorer:
             raise ValueError(f"nothing can be explored from {world_from_map}: no free cell is in sight")
         self._rim = explorable & rim(truth.wall)
         self._surface = surface(truth.wall, explorable)
-        self._read_at = np.flatnonzero(near(near(explorable))).astype(np.int32)
+        self._is_read = near(near(explorable))
         self._lattice_cells = self._cells_read()
         self._cells_to_wall = np.asarray(ndimage.distance_transform_edt(~truth.wall), np.float32)
 
@@ -73,25 +76,24 @@ class Scorer:
 
     def belief(self, grid: OccupancyGrid) -> NDArray[np.uint8]:
         """(ny, nx) the map's belief at the centre of each truth cell in or near the explorable area."""
-        belief = np.full(self.explorable.size, Belief.UNKNOWN, np.uint8)
         ny, nx = grid.shape
-        for block in blocks(len(self._read_at)):
-            cells = self._lattice_cells[:, block]
-            ix, iy = cells[0] - grid.offset[0], cells[1] - grid.offset[1]
+        values = np.empty(self._lattice_cells.shape[1], np.uint8)
+        for block in blocks(len(values)):
+            ix, iy = self._lattice_cells[:, block].astype(np.int32) - np.array([grid.offset], np.int32).T
             inside = (ix >= 0) & (ix < nx) & (iy >= 0) & (iy < ny)
-            values = np.take(grid.state.ravel(), iy * nx + ix, mode="clip")
-            belief[self._read_at[block]] = values * inside  # outside: unknown, 0
-        return belief.reshape(self.explorable.shape)
+            values[block] = np.take(grid.state.ravel(), iy * nx + ix, mode="clip") * inside  # else unknown, 0
+        belief = np.full(self.explorable.shape, Belief.UNKNOWN, np.uint8)
+        belief[self._is_read] = values
+        return belief
 
-    def _cells_read(self) -> NDArray[np.int32]:
+    def _cells_read(self) -> NDArray[np.signedinteger]:
         """(2, n) the map's cells (ix, iy), counted from its frame's origin, at the truth cells to be read."""
-        lattice, map_from_world = (
-            GridFrame(self.truth.resolution_m, (0.0, 0.0)),
-            self.world_from_map.inverse(),
-        )
-        out = np.empty((2, len(self._read_at)), np.int32)
-        for block in blocks(len(self._read_at)):
-            iy, ix = np.divmod(self._read_at[block], self.explorable.shape[1])
+        map_from_world, r = self.world_from_map.inverse(), self.truth.resolution_m
+        lattice, read_at = GridFrame(r, (0.0, 0.0)), np.flatnonzero(self._is_read)
+        is_small = max(self.explorable.shape) < SMALL_CELLS
+        out = np.empty((2, len(read_at)), np.int16 if is_small else np.int32)
+        for block in blocks(len(read_at)):
+            iy, ix = np.divmod(read_at[block], self.explorable.shape[1])
             centres = self.truth.world_from_cell(np.column_stack((ix, iy)))
             out[:, block] = lattice.cell_from_map(map_from_world.apply(centres)).T
         return out

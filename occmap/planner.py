@@ -190,6 +190,10 @@ class Planner:
         direction_rad = math.atan2(y[after] - y[before], x[after] - x[before])
         return gap_at((float(x[k]), float(y[k])), direction_rad, float(room_m[k]), grid)
 
+    def release(self) -> None:
+        """Give up the search arrays, as large as a map or two; the next search makes them again."""
+        self._memory = SearchMemory()
+
     def _way_out(self, terrain: Terrain, start_cell: tuple[int, int]) -> NDArray[np.int32] | None:
         return way_out(self._memory, terrain, start_cell, self._escape_prices, self.config.escape_radius_m)
 

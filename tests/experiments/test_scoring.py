@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from experiments import scoring
 from experiments.scoring import Scorer, near
 from occmap.geometry import Pose2
 from occmap.grid import Belief, GridConfig, OccupancyGrid
@@ -51,6 +52,13 @@ def test_the_map_is_placed_in_the_world_by_the_start():
     score = scorer(room(), Pose2(3.0, -7.0, 0.0)).score(map_of(perfect(room())))
     assert score.explored == 1.0
     assert score.wall_error_p95_m == 0.0
+
+
+def test_a_belief_is_the_same_however_wide_the_building_is_taken_to_be(monkeypatch):
+    start, belief = Pose2(0.62, 0.4, 0.7), map_of(perfect(room()))
+    small = scorer(room(), start).belief(belief)
+    monkeypatch.setattr(scoring, "SMALL_CELLS", 0)
+    np.testing.assert_array_equal(scorer(room(), start).belief(belief), small)
 
 
 def test_either_answer_counts_on_the_rim_and_only_there():

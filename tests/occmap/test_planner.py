@@ -95,6 +95,8 @@ def test_a_second_search_finds_the_same_after_the_first_was_forgotten():
     planner.flood(grid, clearance, (10, 10), within_m=0.5)
     planner.plan(grid, clearance, (8, 8), np.array([[9, 9]]))
     np.testing.assert_array_equal(costs_of(planner.flood(grid, clearance, (8, 8))), first)
+    planner.release()
+    np.testing.assert_array_equal(costs_of(planner.flood(grid, clearance, (8, 8))), first)
 
 
 def test_a_map_that_grows_and_shrinks_is_searched_as_by_a_planner_new_to_it():
