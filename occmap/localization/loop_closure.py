@@ -32,10 +32,10 @@ class LoopClosureConfig(Positive):
     sure_m: float = 0.5
     """A loop less well predicted than this (standard deviation) needs a witness."""
     surprise: float = 4.0
-    """So does one that is so many standard deviations off its prediction, and from other views than its own:
-    that it fits two older submaps of one place says no more than that it fits one."""
+    """So does one that is so many standard deviations off its prediction. A witness has other views: that one
+    submap fits two older ones of a place says no more than that it fits one, for all corridors look alike."""
     witness_apart: int = 2
-    """Those views begin at least so many submaps earlier or later."""
+    """Where a loop surprises, these begin at least so many submaps earlier or later, and share nothing."""
     witness_within: int = 40
     """A witness is a loop between submaps at most so many earlier or later, at both ends."""
     floor_m: float = 0.01
@@ -182,7 +182,7 @@ class LoopCloser:
         steps_younger, steps_older = abs(a.younger - b.younger), abs(a.older - b.older)
         if steps_younger + steps_older == 0 or max(steps_younger, steps_older) > self.config.witness_within:
             return False
-        if (a.is_surprise or b.is_surprise) and steps_younger < self.config.witness_apart:
+        if steps_younger < (self.config.witness_apart if a.is_surprise or b.is_surprise else 1):
             return False
         older, younger = self._from(a.older, b.older), self._from(a.younger, b.younger)
         home = a.older_from_younger @ younger @ b.older_from_younger.inverse() @ older.inverse()
