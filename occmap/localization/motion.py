@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from occmap.geometry import Pose2, wrap_angle
 from occmap.localization.positive import Positive
+from occmap.localization.wheel_scale import WheelScale, WheelScaleConfig
 from occmap.scan import Observation
 
 
@@ -64,6 +65,7 @@ class MotionConfig(Positive):
     """Steps over which the wheels' errors are averaged, to tell how far to believe them."""
     most_distrust: float = 6.0
     """The standard deviations of wheels that err more are multiplied, but by no more than this."""
+    scale: WheelScaleConfig = field(default_factory=WheelScaleConfig)
 
 
 @dataclass(frozen=True)
@@ -113,6 +115,8 @@ class MotionModel:
         self._last_step = Pose2.identity()
         self._expected: tuple[Pose2, float, float] | None = None  # the wheels' step and its deviations
         self._distrust_m, self._distrust_rad = Distrust(), Distrust()
+        self._scale = WheelScale(config.scale)
+        self._claimed_m = 0.0  # by the wheels in the last step, forward
         self.step_s = 0.0
         """Seconds from the last observation but one to the last."""
 
@@ -128,7 +132,8 @@ class MotionModel:
         self._expected = None
         if not self._odometry_moves or self._is_leap(step):
             return self._blind()
-        return self._by_wheels(step)
+        self._claimed_m = step.x_m
+        return self._by_wheels(self._scale.corrected(step))
 
     def _is_leap(self, step: Pose2) -> bool:
         """Whether a step is none that a robot can take."""
@@ -202,6 +207,7 @@ class MotionModel:
         c, expected, self._last_step = self.config, self._expected, step
         if not is_seen or expected is None or math.hypot(step.x_m, step.y_m) < c.least_step_m:
             return
+        self._scale.learn(self._claimed_m, step.x_m)
         by_wheels, sigma_m, sigma_rad = expected
         off = by_wheels.inverse() @ step
         self._distrust_m.learn(math.hypot(off.x_m, off.y_m) / sigma_m, c.memory)
