@@ -1,6 +1,8 @@
 """The parts of a summary that need no run."""
 
 import math
+import subprocess
+import sys
 from types import SimpleNamespace
 
 import numpy as np
@@ -48,3 +50,11 @@ def test_the_fingerprint_sees_every_cell_and_where_it_lies():
     assert len(prints) == 4
     assert map_sha256(grid(0.0, Belief.FREE)) == map_sha256(grid(0.0, Belief.FREE))
     assert np.all([len(p) == 64 for p in prints])
+
+
+def test_memory_is_a_process_s_own_not_its_parent_s():
+    large_mb = 800
+    held = np.ones(large_mb << 17)
+    told = "from experiments.summary import peak_memory_mb as own; print(own())"
+    child = subprocess.run([sys.executable, "-c", told], check=True, capture_output=True, text=True)
+    assert 10.0 < float(child.stdout) < held.nbytes / 2**20
