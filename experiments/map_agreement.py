@@ -6,13 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import binary_dilation, distance_transform_edt
+from scipy.ndimage import distance_transform_edt
 
+from experiments.scoring import near
 from occmap.grid import Belief
 from occmap.map_server import NavMap
-
-BLOCK = np.ones((3, 3), np.bool_)
-"""A cell and its 8 neighbours."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +47,7 @@ def map_agreement(judged: NavMap, reference: NavMap) -> MapAgreement:
     if not (at[0].size and wall.any()):
         return MapAgreement(len(ix), at[0].size, 0.0 if at[0].size else None, None, None)
     off_m = reference.resolution_m * _distance_to(wall)[at]
-    share = float(binary_dilation(wall, BLOCK)[at].mean())
+    share = float(near(wall)[at].mean())
     return MapAgreement(len(ix), at[0].size, share, float(off_m.mean()), float(np.percentile(off_m, 95)))
 
 
