@@ -13,6 +13,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
+from experiments.compiler_memory import let_go_of_compiler
 from experiments.config import ExperimentConfig
 from experiments.episode import episode
 from experiments.experiment import make_explorer, make_robot
@@ -49,6 +50,7 @@ def warm_up(config: ExperimentConfig) -> None:
             seen = explore(config)
         if config.pose == "slam":
             close_loops(seen)
+    let_go_of_compiler()
 
 
 def explore(config: ExperimentConfig) -> list[Observation]:
