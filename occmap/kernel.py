@@ -3,7 +3,11 @@
 What compiling costs goes by the number of functions more than by their length: about 40 ms each.
 """
 
+import os
 from typing import Any
+
+# numba colours the messages of all errors, also of the thousands that it drops while it tries signatures
+os.environ.setdefault("NUMBA_DISABLE_ERROR_MESSAGE_HIGHLIGHTING", "1")
 
 from numba import njit
 

@@ -240,9 +240,9 @@ class Matcher:
 
     def thinned(self, points: Points, spacing_m: float) -> Points:
         """The points at least so far from the last one kept, in order."""
-        from occmap.localization import search_kernels
+        from occmap.localization import cloud_kernels
 
-        return points[search_kernels.spaced(points, spacing_m)]
+        return points[cloud_kernels.spaced(points, spacing_m)]
 
     def refine(self, cloud: Cloud, submap: Submap, start: Pose2, prior: Pose2,
                prior_information: NDArray[np.float64]) -> Match:  # fmt: skip

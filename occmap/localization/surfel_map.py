@@ -35,12 +35,12 @@ class Cloud:
     @staticmethod
     def of(scan: Scan, robot_from_lidar: Pose2, reach_m: float) -> Cloud:
         """The hits within reach, in the robot's frame."""
-        from occmap.localization import search_kernels
+        from occmap.localization import cloud_kernels
 
         x, y = robot_from_lidar.position
         most_m = min(scan.max_range_m, reach_m)
         return Cloud(
-            *search_kernels.hits(
+            *cloud_kernels.hits(
                 scan.bearings_rad, scan.ranges_m, scan.min_range_m, most_m, x, y, robot_from_lidar.yaw_rad
             )
         )
@@ -52,18 +52,18 @@ class Cloud:
 
     def spaced(self, spacing_m: float) -> Cloud:
         """The points at least so far from the last one kept, in order."""
-        from occmap.localization import search_kernels
+        from occmap.localization import cloud_kernels
 
-        kept = search_kernels.spaced(self.points, spacing_m)
+        kept = cloud_kernels.spaced(self.points, spacing_m)
         return Cloud(self.points[kept], self.facing[kept])
 
     def walls(self) -> Points:
         """(m, 2) the points, and more of them where walls are seen to run between two."""
-        from occmap.localization import search_kernels
+        from occmap.localization import cloud_kernels
 
         if self.beams is None:
             return self.points
-        return search_kernels.bridged(self.points, self.beams, BRIDGE_SPACING_M, BRIDGE_M, BRIDGE_OFF_M)
+        return cloud_kernels.bridged(self.points, self.beams, BRIDGE_SPACING_M, BRIDGE_M, BRIDGE_OFF_M)
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from occmap.geometry import Points, Pose2
-from occmap.localization.likelihood_pyramid import LikelihoodPyramid
+from occmap.localization.likelihood_pyramid import LikelihoodPyramid, top_blocks
+
+NOWHERE_LIKELIER = (0.0, 0.0, 0.0)
+"""What shifts and turns cost: what is looked for may be anywhere in the window."""
 
 
 @dataclass(frozen=True)
@@ -42,14 +45,12 @@ class WindowSearch:
         self._cell_m, self._origin_m = raster.cell_m, raster.origin_m
         self._half_angles = math.ceil(window.half_turn_rad / window.turn_step_rad)
         self._half_cells = math.ceil(window.half_width_m / raster.cell_m)
-        width = 2 * self._half_cells + 1
-        self._top = min(len(raster.starts) - 1, width.bit_length() - 1)
-        blocks = ((width - 1) >> self._top) + 1
-        self._bounds = np.empty((2 * self._half_angles + 1, blocks, blocks), np.int64)
+        self._top, blocks = top_blocks(self._half_cells)
+        self._bounds = np.empty((2 * self._half_angles + 1, blocks, blocks))
         self._angles_bounded = 0
         self._order = np.empty(0, np.int64)
         self._next = 0
-        self._best = np.array([0, 0, 0, math.floor(255.0 * len(points) * window.least_score)], np.int64)
+        self._best = np.array([0.0, 0.0, 0.0, math.floor(255.0 * len(points) * window.least_score)])
         self._shun = np.array([0, 0, -1])
         if window.shun is not None:
             offset = np.array(window.shun.position) - np.array(window.guess.position)
@@ -68,7 +69,7 @@ class WindowSearch:
     @property
     def score(self) -> float:
         """Of the best pose so far; about least_score if none is better."""
-        return int(self._best[3]) / (255.0 * max(1, len(self._points)))
+        return float(self._best[3]) / (255.0 * max(1, len(self._points)))
 
     @property
     def found(self) -> bool:
@@ -83,7 +84,7 @@ class WindowSearch:
         return work
 
     def _bound(self, raster: LikelihoodPyramid, work: int) -> int:
-        from occmap.localization import window_search_kernels as kernels
+        from occmap.localization import search_kernels as kernels
 
         an_angle = len(self._points) * self._bounds.shape[1] ** 2
         first = self._angles_bounded
@@ -96,7 +97,7 @@ class WindowSearch:
         return work - (last - first) * an_angle
 
     def _descend(self, raster: LikelihoodPyramid, work: int) -> int:
-        from occmap.localization import window_search_kernels as kernels
+        from occmap.localization import search_kernels as kernels
 
         self._next, left = kernels.descend(
             *self._problem(raster),
@@ -127,4 +128,5 @@ class WindowSearch:
             self.window.turn_step_rad,
             self._half_cells,
             self._top,
+            NOWHERE_LIKELIER,
         )

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from occmap.geometry import Pose2
-from occmap.localization import search_kernels, surfel_kernels
+from occmap.localization import cloud_kernels, search_kernels, surfel_kernels
 from occmap.localization.likelihood_pyramid import LEVELS, LikelihoodPyramid, peak
 from occmap.localization.matcher import Matcher, MatcherConfig
 from occmap.localization.motion import Prediction
@@ -191,7 +191,7 @@ def test_thinned_points_keep_their_distance():
         if last is None or math.dist(point, last) >= 0.1:
             kept.append(point)
             last = point
-    assert np.array_equal(points[search_kernels.spaced(points, 0.1)], np.array(kept))
+    assert np.array_equal(points[cloud_kernels.spaced(points, 0.1)], np.array(kept))
 
 
 def test_normal_equations_are_the_gradient_of_the_cost():
