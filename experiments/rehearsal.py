@@ -29,6 +29,8 @@ from occmap.scan import Observation, Scan
 
 MANY = 8
 """Places that are tried, and cells of each: one of them will do."""
+ENOUGH = 4
+"""Every such scan of a drive: to close loops takes few of them."""
 
 
 def close_loops(seen: Sequence[Observation]) -> None:
@@ -36,7 +38,8 @@ def close_loops(seen: Sequence[Observation]) -> None:
     tracker = TrackerConfig(insert_every_m=0.02, insert_every_rad=0.02, scans_per_half=2)
     loops = LoopClosureConfig(candidates=CandidateConfig(gap=1))
     slam = SlamLocalizer(SlamConfig(matcher=MatcherConfig(sure_fit=2.0), tracker=tracker, loops=loops))
-    for each in (*seen, *reversed(seen)):
+    few = seen[::ENOUGH]
+    for each in (*few, *reversed(few)):
         slam.update(each)
     slam.finish()
     slam.map()
