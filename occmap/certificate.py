@@ -13,6 +13,7 @@ from scipy import ndimage
 from occmap.decision import Reason, UnknownLeft
 from occmap.glimpses import glimpses
 from occmap.grid import Belief, OccupancyGrid
+from occmap.slices import Sliced
 
 if TYPE_CHECKING:
     from occmap.frontiers import Frontier
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
 
 FAR_M = 3.0
 """Farther than this from anywhere the body can be is far."""
+REASON_CELLS = 10_000
+"""What the reason for a frontier costs to find: see slices.Sliced."""
 
 
 def certify(
@@ -36,7 +39,7 @@ def certify(
     slits: Sequence[Frontier] = (),
     *,
     is_early: bool = True,
-) -> tuple[UnknownLeft, ...]:
+) -> Sliced[tuple[UnknownLeft, ...]]:
     """The reason for every frontier, given a flood of all that the body can reach.
 
     unvisited: those of the frontiers that could still be looked into: the run ends early, or they are not
@@ -44,8 +47,11 @@ def certify(
     beyond: others, on the far side of the boundary.
     slits: mouths of nooks along walls, which are no frontiers as such, not worth the way.
     """
-    glimpsed = () if is_early else _only_glimpsed(grid)  # first: each takes the memory of a map or two
+    yield grid.state.size
+    glimpsed = () if is_early else (yield from _only_glimpsed(grid))  # first: it takes the memory of a map
+    yield grid.state.size
     reasons = Reasons(grid, wave, looks, goals.least_frontier_m(grid.frame.resolution_m), body_radius_m)
+    yield grid.state.size
     could_be_looked_into = {id(frontier) for frontier in unvisited}
 
     def left(frontier: Frontier, reason: Reason, why: str) -> UnknownLeft:
@@ -60,12 +66,15 @@ def certify(
             return left(frontier, Reason.UNVISITED, "in reach and worth a look, but the run ended first")
         return left(frontier, *reasons.not_worth_the_way(frontier, "{:.2f} m long"))
 
-    return (
-        *map(own, frontiers),
-        *(left(slit, *reasons.not_worth_the_way(slit, "a slit {:.2f} m wide")) for slit in slits),
-        *glimpsed,
-        *(left(frontier, Reason.OUTSIDE, "beyond the boundary") for frontier in beyond),
-    )
+    listed: list[UnknownLeft] = []
+    for frontier in frontiers:
+        listed.append(own(frontier))
+        yield REASON_CELLS
+    for slit in slits:
+        listed.append(left(slit, *reasons.not_worth_the_way(slit, "a slit {:.2f} m wide")))
+        yield REASON_CELLS
+    outside = (left(frontier, Reason.OUTSIDE, "beyond the boundary") for frontier in beyond)
+    return (*listed, *glimpsed, *outside)
 
 
 class Reasons:
@@ -127,9 +136,9 @@ class Reasons:
         return f"{self._body} comes no nearer than {min(away_m, FAR_M):.2f} m"
 
 
-def _only_glimpsed(grid: OccupancyGrid) -> list[UnknownLeft]:
-    why = "glimpsed through a gap, by too few beams to tell"
-    return [UnknownLeft(place, size_m, Reason.TOO_NARROW, why) for place, size_m in glimpses(grid)]
+def _only_glimpsed(grid: OccupancyGrid) -> Sliced[list[UnknownLeft]]:
+    why, found = "glimpsed through a gap, by too few beams to tell", (yield from glimpses(grid))
+    return [UnknownLeft(place, size_m, Reason.TOO_NARROW, why) for place, size_m in found]
 
 
 def _distance_m(frontier: Frontier, grid: OccupancyGrid, reached: NDArray[np.bool_]) -> float:

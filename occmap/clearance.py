@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from occmap.grid import Belief, OccupancyGrid
-from occmap.lazy_arrays import filled
+from occmap.lazy_arrays import lazy_zeros
 from occmap.mapper import GridChange
 
 
@@ -40,6 +40,7 @@ class ClearanceMap:
         self.distance_m: NDArray[np.float32] = np.empty((0, 0), np.float32)
         self._kernels = clearance_kernels
         self._column: NDArray[np.uint8] = np.empty((0, 0), np.uint8)
+        self._is_old: NDArray[np.bool_] = np.empty(0, bool)  # (ny,) rows that hold nothing true yet
         self._by_squares: NDArray[np.float32] = np.empty(0, np.float32)
         self._disc: NDArray[np.float32] = np.empty((0, 0), np.float32)
 
@@ -48,6 +49,8 @@ class ClearanceMap:
         if change.grew or self.distance_m.shape != grid.shape:
             self.rebuild(grid)
         elif len(change.flat_cells):
+            nx = grid.shape[1]
+            self._clear_around(int(change.flat_cells.min()) // nx, int(change.flat_cells.max()) // nx + 1)
             self._take_flips(change.flat_cells, change.was, grid)
 
     def rebuild(self, grid: OccupancyGrid) -> None:
@@ -56,23 +59,39 @@ class ClearanceMap:
         self.take_rows(slice(0, grid.shape[0]), grid)
 
     def clear(self, grid: OccupancyGrid) -> None:
-        """Start afresh, as if nothing in the grid were occupied."""
+        """Start afresh: row by row, as they are taken in."""
         self._by_squares = distance_by_squares(self.config.truncate_m, grid.config.resolution_m)
-        radius = math.isqrt(len(self._by_squares) - 1)
+        radius = self._radius
         offsets = np.arange(-radius, radius + 1)
         squares = offsets[:, None] ** 2 + offsets[None, :] ** 2
         self._disc = self._by_squares[np.minimum(squares, len(self._by_squares) - 1)]
-        if self.distance_m.shape != grid.shape:
-            self._column = filled(grid.shape, radius, np.uint8)
-            self.distance_m = filled(grid.shape, self.config.truncate_m, np.float32)
-        else:  # after a correction: to write to memory that there is costs a fraction
-            self._column[...], self.distance_m[...] = radius, self.config.truncate_m
+        if self.distance_m.shape != grid.shape:  # else, to write to memory that there is costs a fraction
+            self._column = lazy_zeros(grid.shape, np.uint8)
+            self.distance_m = lazy_zeros(grid.shape, np.float32)
+        self._is_old = np.ones(grid.shape[0], bool)
 
     def take_rows(self, rows: slice, grid: OccupancyGrid) -> None:
-        """Take in the obstacles in some rows of a grid, after `clear`; in any order, each once."""
+        """Take in the obstacles in some rows of a grid, after `clear`; in any order, each once.
+
+        Until then nothing true is said of those rows: of a larger grid, that all is occupied.
+        """
+        self._clear_around(rows.start, rows.stop)
         first = rows.start * grid.shape[1]
         occupied = (np.flatnonzero(grid.state[rows] == Belief.OCCUPIED) + first).astype(np.int32)
         self._take_flips(occupied, np.zeros(len(occupied), np.uint8), grid)
+
+    @property
+    def _radius(self) -> int:
+        """How many cells away an obstacle still shows."""
+        return math.isqrt(len(self._by_squares) - 1)
+
+    def _clear_around(self, low: int, stop: int) -> None:
+        """Make the old rows near some rows what they are with nothing occupied."""
+        near = slice(max(low - self._radius, 0), stop + self._radius)
+        is_old = self._is_old[near]
+        if is_old.any():
+            self._column[near][is_old], self.distance_m[near][is_old] = self._radius, self.config.truncate_m
+            is_old[:] = False
 
     def _take_flips(self, flat_cells: NDArray[np.int32], was: NDArray[np.uint8], grid: OccupancyGrid) -> None:
         layers = self._column, self.distance_m

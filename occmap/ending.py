@@ -56,23 +56,21 @@ class Ending:
         self._reach.carry_over(new_map_from_old_map, grid)
 
     def is_survey_due(self, now_s: float) -> bool:
-        """Whether to look farther around this time; asking starts the next interval."""
-        is_due = now_s - self._surveyed_s >= self.config.survey_s
-        if is_due:
-            self._surveyed_s = now_s
-        return is_due
+        """Whether to look farther around this time."""
+        return now_s - self._surveyed_s >= self.config.survey_s
 
     def is_search_due(self, now_s: float) -> bool:
         """Whether to look for a goal, given that there is none now."""
         return self._goalless_since_s is None or now_s - self._sought_s >= self.config.again_s - ROUNDING_S
 
-    def survey(self, wave: Wavefront, grid: OccupancyGrid) -> None:
-        """Remember what a flood has reached."""
+    def survey(self, wave: Wavefront, grid: OccupancyGrid, now_s: float) -> None:
+        """Remember what a flood that went farther has reached."""
+        self._surveyed_s = now_s
         self._reach.note(wave, grid)
 
     def note(self, has_goal: bool, wave: Wavefront, grid: OccupancyGrid, now_s: float) -> None:
         """Take in what a search has found, and the flood it has made."""
-        self.survey(wave, grid)
+        self._reach.note(wave, grid)
         self._sought_s = now_s
         if has_goal:
             self._goalless_since_s = None

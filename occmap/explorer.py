@@ -14,6 +14,7 @@ from occmap.decision import Decision, Reason, Status, UnknownLeft
 from occmap.ending import Ending
 from occmap.explorer_config import ExplorerConfig
 from occmap.follower import Follower
+from occmap.frontiers import Frontier
 from occmap.geometry import Pose2, Twist2
 from occmap.goal_search import GoalSearch
 from occmap.goals import SAME_GOAL_M, Goal, GoalChooser
@@ -25,8 +26,9 @@ from occmap.mobility import Mobility
 from occmap.pace import Pace
 from occmap.planner import Planner, Wavefront, WideningFlood
 from occmap.pursuit import Failure, Pursuit
-from occmap.scan import Observation
+from occmap.scan import Observation, Scan
 from occmap.setbacks import Setbacks
+from occmap.slices import Sliced, finish, take_turn
 from occmap.stopwatch import Stopwatch
 
 __all__ = ["Explorer", "ExplorerConfig"]
@@ -47,6 +49,9 @@ class Explorer:
     the goal is given up (Setbacks). A place is given up after at most len(look_from_m) looks, and
     these are forgotten only where the map around it changes (FailedLooks). When no goal is left it
     stops after confirm_s. Manoeuvres to free it are counted (Mobility).
+
+    What takes long on a large map is thought in turns, standing, about the map as it was at the first of
+    them: scans of the meantime are spent on it afterwards.
     """
 
     def __init__(
@@ -76,6 +81,8 @@ class Explorer:
         self._replans = 0
         self._goal_switches = 0
         self._last: tuple[Pose2, Observation] | None = None
+        self._thought: Sliced[None] | None = None
+        self._unspent: list[tuple[Scan, Pose2]] = []
 
     @property
     def grid(self) -> OccupancyGrid:
@@ -104,11 +111,17 @@ class Explorer:
             seen = replace(seen, scan=estimate.scan)
         here = estimate.map_from_robot
         if estimate.insert or not self.map.holds(here):
-            self.map.insert(seen.scan, here @ seen.robot_from_lidar, self._watch)
+            self._unspent.append((seen.scan, here @ seen.robot_from_lidar))
+        if self._thought is None:
+            for scan, map_from_lidar in self._unspent:
+                self.map.insert(scan, map_from_lidar, self._watch)
+            self._unspent.clear()
         return here, seen
 
     def _take_over(self, grid: OccupancyGrid, new_map_from_old_map: Pose2, here: Pose2) -> None:
         """The localizer has corrected the past: go on in its map with what is remembered."""
+        self._thought = None
+        self._unspent.clear()  # it knows of them
         self.map.replace(grid, here)
         self.pace.forget_the_map()
         self.ending.carry_over(new_map_from_old_map, grid)
@@ -127,14 +140,16 @@ class Explorer:
             return "blind", Twist2.zero()
         manoeuvre = self._recover(here, seen) if self.status is Status.EXPLORING else None
         if manoeuvre is not None:
+            self._thought = None
             return "recovering", manoeuvre
         if self.status is Status.EXPLORING and not self.map.is_settling:
-            self._drop_what_is_gone()
-            if self._should_think(seen.time_s):
-                self._think(here, seen)
-            if self.ending.is_survey_due(seen.time_s):
+            self._think(here, seen)
+            if self._thought is None and self.ending.is_survey_due(seen.time_s):
                 with self._watch.lap("planning"):
-                    self.ending.survey(self._flood(here, self.config.ending.survey_m), self.grid)
+                    wave = self._flood(here, self.config.ending.survey_m)
+                    self.ending.survey(wave, self.grid, seen.time_s)
+        if self._thought is not None:
+            return "thinking", Twist2.zero()
         if self.status is not Status.EXPLORING:
             return self.status.value, Twist2.zero()
         if self.pursuit is None:
@@ -147,7 +162,7 @@ class Explorer:
         manoeuvre = self.mobility.manoeuvre(seen)
         if self.mobility.is_hopeless:
             self._note(f"stuck: {attempts} manoeuvres did not free it")
-            self._end(Status.STUCK, self._flood(here), seen)
+            finish(self._end(Status.STUCK, self._flood(here), seen))
         elif self.mobility.attempts > attempts:
             self._note(f"the robot does not move: manoeuvre {attempts + 1}")
             if self.pursuit is not None and attempts == 0:  # a series counts as one try
@@ -174,24 +189,34 @@ class Explorer:
         return is_due or self._is_blocked(pursuit)
 
     def _think(self, here: Pose2, seen: Observation) -> None:
-        """Choose a goal and a path to it; if there is none to be had for a while, end."""
-        self.pace.weigh(self.map.known_m2, seen.time_s)
-        with self._watch.lap("frontiers"):
-            frontiers = self.map.find_frontiers()
+        """Take a turn at thinking, if there is something to think about."""
+        if self._thought is None:
+            self._drop_what_is_gone()
+            if not self._should_think(seen.time_s):
+                return
+            self.pace.weigh(self.map.known_m2, seen.time_s)
+            with self._watch.lap("frontiers"):
+                frontiers = self.map.find_frontiers()
+            self._thought = self._choose(frontiers, here, seen)
         with self._watch.lap("planning"):
-            pursued = self.pursuit.goal if self.pursuit else None
-            flood = WideningFlood(self.planner, self.grid, self.map.clearance_m, here)
-            found = self.search.run(
-                frontiers, self.grid, flood, seen.scan.max_range_m, pursued, self._way_left_m()
-            )
-            self.ending.note(found.best is not None, found.wave, self.grid, seen.time_s)
-            if found.best is None:
-                self.pursuit = None
-                if not self.planner.barred.reopen():
-                    self._end_if_done(found.wave, seen)
-            else:
-                pursuit = self._set_out(found.best, found.wave, seen.time_s)
-                self.setbacks.learning.note(self.map.known_m2, pursuit.path.length_m, seen.time_s)
+            if take_turn(self._thought):
+                self._thought = None
+
+    def _choose(self, frontiers: list[Frontier], here: Pose2, seen: Observation) -> Sliced[None]:
+        """A goal and a path to it; if there is none to be had for a while, end."""
+        pursued = self.pursuit.goal if self.pursuit else None
+        flood = WideningFlood(self.planner, self.grid, self.map.clearance_m, here)
+        found = yield from self.search.run(
+            frontiers, self.grid, flood, seen.scan.max_range_m, pursued, self._way_left_m()
+        )
+        self.ending.note(found.best is not None, found.wave, self.grid, seen.time_s)
+        if found.best is None:
+            self.pursuit = None
+            if not self.planner.barred.reopen():
+                yield from self._end_if_done(found.wave, seen)
+        else:
+            pursuit = self._set_out(found.best, found.wave, seen.time_s)
+            self.setbacks.learning.note(self.map.known_m2, pursuit.path.length_m, seen.time_s)
 
     def _set_out(self, goal: Goal, wave: Wavefront, now_s: float) -> Pursuit:
         """Pursue a goal; on the path already being driven if it still leads there."""
@@ -226,16 +251,17 @@ class Explorer:
         """Whether the map has voided what is left of a path."""
         return self.planner.is_blocked(pursuit.path, self.grid, self.map.clearance_m, pursuit.progress_m)
 
-    def _end_if_done(self, wave: Wavefront, seen: Observation) -> None:
+    def _end_if_done(self, wave: Wavefront, seen: Observation) -> Sliced[None]:
+        yield wave.n_reached // 2
         roomy = self.planner.traversable(self.grid, self.map.clearance_m)
         status = self.ending.status(wave, self.grid, roomy, seen.time_s)
         if status is not Status.EXPLORING:
-            self._end(status, wave, seen)
+            yield from self._end(status, wave, seen)
 
-    def _end(self, status: Status, wave: Wavefront, seen: Observation) -> None:
-        self.status = status
+    def _end(self, status: Status, wave: Wavefront, seen: Observation) -> Sliced[None]:
         self.pursuit = None
-        self._unknown_left = self._certified(wave, seen)
+        unknown_left = yield from self._certified(status, wave, seen)
+        self.status, self._unknown_left = status, unknown_left
         self.map.restore_surfaces()
         self._note(f"{status.value}: {len(self._unknown_left)} frontiers left unseen")
 
@@ -244,17 +270,23 @@ class Explorer:
         if self.status is not Status.EXPLORING or self._last is None:
             return self._unknown_left
         here, seen = self._last
-        return self._certified(self._flood(here), seen)
+        self._thought = None  # its flood is void
+        return finish(self._certified(self.status, self._flood(here), seen))
 
-    def _certified(self, wave: Wavefront, seen: Observation) -> tuple[UnknownLeft, ...]:
+    def _certified(
+        self, status: Status, wave: Wavefront, seen: Observation
+    ) -> Sliced[tuple[UnknownLeft, ...]]:
         frontiers, max_range_m = self.map.find_frontiers(), seen.scan.max_range_m
-        is_early = self.status in (Status.EXPLORING, Status.STUCK)
-        unvisited = self.search.unvisited(frontiers, self.grid, wave, max_range_m)
-        slits = [] if is_early else self.search.slits_left(self.grid, wave, max_range_m)
-        return certify(
+        is_early, slits = status in (Status.EXPLORING, Status.STUCK), []
+        unvisited = yield from self.search.unvisited(frontiers, self.grid, wave, max_range_m)
+        if not is_early:
+            slits = yield from self.search.slits_left(self.grid, wave, max_range_m)
+        left = yield from certify(
             frontiers, self.grid, wave, self.looks, self.config.goals, self.body.radius_m, unvisited,
             self.map.frontiers_beyond, slits, is_early=is_early,
         )  # fmt: skip
+        yield self.grid.state.size
+        return left
 
     def _pursue(self, pursuit: Pursuit, here: Pose2, seen: Observation) -> tuple[str, Twist2]:
         """Drive on, or look if there; give the goal up if that leads nowhere."""

@@ -11,6 +11,7 @@ from scipy import ndimage
 
 from occmap.goal_config import SPECK_M
 from occmap.grid import Belief, OccupancyGrid
+from occmap.slices import Sliced
 
 GLIMPSED = 0.1
 """In log-odds: a cell that is likelier to be free than the prior by more was seen through at least once."""
@@ -19,7 +20,7 @@ MOST_M = 1.0
 AROUND = np.ones((3, 3), bool)
 
 
-def glimpses(grid: OccupancyGrid) -> list[tuple[tuple[float, float], float]]:
+def glimpses(grid: OccupancyGrid) -> Sliced[list[tuple[tuple[float, float], float]]]:
     """The middle in `map` and the length, metres, of each place longer than SPECK_M that was only glimpsed,
     piece by piece where it is long.
 
@@ -28,10 +29,11 @@ def glimpses(grid: OccupancyGrid) -> list[tuple[tuple[float, float], float]]:
     """
     undecided = (grid.state == Belief.UNKNOWN) & (grid.log_odds < grid.prior_log_odds - GLIMPSED)
     parts, n = _parts(undecided)
-    by_free = np.asarray(ndimage.binary_dilation(grid.state == Belief.FREE, AROUND), bool)
+    yield grid.state.size
     has_frontier = np.zeros(n + 1, bool)
-    has_frontier[parts[by_free]] = True
+    has_frontier[parts[_beside_free(undecided, grid)]] = True
     found, r = [], grid.frame.resolution_m
+    yield grid.state.size
     for part, box in enumerate(ndimage.find_objects(parts), start=1):
         if box is None or has_frontier[part]:
             continue
@@ -45,6 +47,15 @@ def glimpses(grid: OccupancyGrid) -> list[tuple[tuple[float, float], float]]:
             size_m = float(np.hypot(*(np.ptp(piece, axis=0) + 1))) * r
             found.append(((float(x_m), float(y_m)), size_m))
     return found
+
+
+def _beside_free(mask: NDArray[np.bool_], grid: OccupancyGrid) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """(iy, ix) of the cells of a mask that have a free one among their 8 neighbours."""
+    iy, ix = np.nonzero(mask)
+    state, is_beside = np.pad(grid.state, 1), np.zeros(len(ix), bool)
+    for dy, dx in np.ndindex(AROUND.shape):
+        is_beside |= state[iy + dy, ix + dx] == Belief.FREE
+    return iy[is_beside], ix[is_beside]
 
 
 def _parts(mask: NDArray[np.bool_]) -> tuple[NDArray[np.int32], int]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
@@ -17,15 +17,16 @@ from occmap.leftovers import Leftovers
 from occmap.looked_at import LookedAt
 from occmap.memory import FailedLooks
 from occmap.nooks import Nooks
+from occmap.slices import Sliced
 from occmap.strategies import is_by_cost_alone
 from occmap.tour import Stop, Tour
-from occmap.views import Views
+from occmap.views import FAR_CELLS, NEAR_CELLS, Views
 
 if TYPE_CHECKING:
     from occmap.grid import OccupancyGrid
     from occmap.planner import Wavefront
 
-Flood = Callable[[float], "Wavefront"]
+Flood = Callable[[float], Generator[int, None, "Wavefront"]]
 """A wavefront from where the robot stands over all that costs at most so many metres."""
 
 BOUNDS_M = (4.0, 16.0, 32.0, 64.0, 128.0)
@@ -82,26 +83,27 @@ class GoalSearch:
         max_range_m: float,
         pursued: Goal | None = None,
         way_left_m: float = 0.0,
-    ) -> Search:
+    ) -> Sliced[Search]:
         """The goal worth most, or the one pursued where that is not much better.
 
         way_left_m: of the path to the goal pursued, if there is one that holds. The flood covers no more
         than it must. A Search without a goal is over a flood of all that can be reached.
         """
-        found = self._among_leftovers(frontiers, grid, flood, max_range_m, pursued, way_left_m)
+        found = yield from self._among_leftovers(frontiers, grid, flood, max_range_m, pursued, way_left_m)
         if found is not None:
             return found
         tour = self._tour if grid.state.size <= TOUR_CELLS else None
         look = self._widening if tour is None else partial(self._along_tour, tour)
-        goals, wave = look(frontiers, grid, flood, pursued, way_left_m)
+        goals, wave = yield from look(frontiers, grid, flood, pursued, way_left_m)
         if pursued is not None and pursued.is_nook and 0.0 < way_left_m < _cheapest_m(goals):
             return Search(pursued, (pursued,), wave)  # nooks come last, but not once it is nearly there
         if not goals:
             left = list(self._views.worth_a_look(frontiers, grid))
-            goals = self._views.from_afar(left, grid, wave, max_range_m)
+            goals = yield from self._views.from_afar(left, grid, wave, max_range_m)
         if not goals:
-            edges = self._nooks.edges(grid)
-            goals = self._views.worthy(self._nooks.goals(edges, grid, wave, max_range_m), grid)
+            edges = yield from self._nooks.edges(grid)
+            nooks = yield from self._nooks.goals(edges, grid, wave, max_range_m)
+            goals = self._views.worthy(nooks, grid)
             if wave.n_reached > LARGE_CELLS:
                 self._leftovers = Leftovers({id(each): each for each in frontiers}, edges, grid.state)
         return Search(self._prefer(goals, pursued), tuple(goals), wave)
@@ -114,7 +116,7 @@ class GoalSearch:
         max_range_m: float,
         pursued: Goal | None,
         way_left_m: float,
-    ) -> Search | None:
+    ) -> Sliced[Search | None]:
         """A goal near the end of a large building: at frontiers new since all were hopeless, or at nooks.
 
         To look at all of it again for each of its last nooks would take as long as the rest. None if there
@@ -127,12 +129,13 @@ class GoalSearch:
         left.trust -= 1
         new = [frontier for frontier in frontiers if id(frontier) not in left.hopeless]
         for bound_m in BOUNDS_M:
-            wave = flood(bound_m)
+            wave = yield from flood(bound_m)
             near = near_to(wave.start_in_map, new, bound_m + NEAR_M)
-            goals = self._views.from_near(self._views.worth_a_look(near, grid), grid, wave)
+            goals = yield from self._views.from_near(self._views.worth_a_look(near, grid), grid, wave)
             if not goals:
                 mouths = near_to(wave.start_in_map, left.edges, bound_m + max_range_m)
-                goals = self._views.worthy(self._nooks.goals(mouths, grid, wave, max_range_m), grid)
+                nooks = yield from self._nooks.goals(mouths, grid, wave, max_range_m)
+                goals = self._views.worthy(nooks, grid)
             if pursued is not None and self._stays_best(bound_m, goals, wave, way_left_m):
                 return Search(pursued, (pursued,), wave)
             if goals and not self._may_widening_help(bound_m, goals, pursued):
@@ -141,17 +144,17 @@ class GoalSearch:
 
     def unvisited(
         self, frontiers: Sequence[Frontier], grid: OccupancyGrid, wave: Wavefront, max_range_m: float
-    ) -> list[Frontier]:
+    ) -> Sliced[list[Frontier]]:
         """Those that could still be looked into, worth it or not, given a flood of all in reach."""
-        views = self._views
-        return [
-            frontier
-            for frontier, failed in views.worth_a_look(frontiers, grid)
-            if views.has_place(frontier, failed, grid, wave)
-            or any(views.all_from_afar([(frontier, failed)], grid, wave, max_range_m))
-        ]
+        views, found = self._views, []
+        for frontier, failed in views.worth_a_look(frontiers, grid):
+            has_place = views.has_place(frontier, failed, grid, wave)
+            if has_place or views.is_seen_from_afar(frontier, failed, grid, wave, max_range_m):
+                found.append(frontier)
+            yield NEAR_CELLS if has_place else 2 * FAR_CELLS
+        return found
 
-    def slits_left(self, grid: OccupancyGrid, wave: Wavefront, max_range_m: float) -> list[Frontier]:
+    def slits_left(self, grid: OccupancyGrid, wave: Wavefront, max_range_m: float) -> Sliced[list[Frontier]]:
         """The mouths of slits along walls that nobody has looked into: not worth the way, or too narrow."""
         return self._nooks.slits(grid, wave, max_range_m)
 
@@ -172,27 +175,31 @@ class GoalSearch:
         flood: Flood,
         pursued: Goal | None,
         way_left_m: float,
-    ) -> tuple[list[Goal], Wavefront]:
+    ) -> Sliced[tuple[list[Goal], Wavefront]]:
         """Goals at the first stop of a tour that has any; what no tour gets to is sought as without one."""
-        wave, hopeless = flood(BOUNDS_M[0]), self._hopeless.among(frontiers, grid)
+        wave = yield from flood(BOUNDS_M[0])
+        hopeless = self._hopeless.among(frontiers, grid)
         worth_a_look = self._views.worth_a_look(frontiers, grid)
         candidates = [(each, failed) for each, failed in worth_a_look if id(each) not in hopeless]
         heading = _nearest_to(pursued, candidates)
         sights = [self.chooser.sight_of(each, grid, failed) for each, failed in candidates]
-        for stop in tour.stops(sights, wave.terrain, wave.start_cell, heading):
-            found = self._at_stop(stop, [candidates[k] for k in stop.members], grid, flood)
+        stops = tour.stops(sights, wave.terrain, wave.start_cell, heading)
+        yield grid.state.size // 4
+        for stop in stops:
+            found = yield from self._at_stop(stop, [candidates[k] for k in stop.members], grid, flood)
             if found is not None:
                 return found
-        return self._widening(frontiers, grid, flood, pursued, way_left_m)
+        return (yield from self._widening(frontiers, grid, flood, pursued, way_left_m))
 
     def _at_stop(
         self, stop: Stop, members: Sequence[tuple[Frontier, int]], grid: OccupancyGrid, flood: Flood
-    ) -> tuple[list[Goal], Wavefront] | None:
+    ) -> Sliced[tuple[list[Goal], Wavefront] | None]:
         """Goals at a stop of a tour that are worth the way; what there is no place for is hopeless."""
         views = self._views
         for detour in DETOURS:
-            wave = flood(max(BOUNDS_M[0], detour * stop.cost_m + NEAR_M))
-            goals = views.from_lookout(stop, members, grid, wave) or views.from_near(members, grid, wave)
+            wave = yield from flood(max(BOUNDS_M[0], detour * stop.cost_m + NEAR_M))
+            goals = views.from_lookout(stop, members, grid, wave)
+            goals = goals or (yield from views.from_near(members, grid, wave))
             if goals:
                 return goals, wave
             if any(views.has_place(each, failed, grid, wave) for each, failed in members):
@@ -208,12 +215,12 @@ class GoalSearch:
         flood: Flood,
         pursued: Goal | None,
         way_left_m: float,
-    ) -> tuple[list[Goal], Wavefront]:
+    ) -> Sliced[tuple[list[Goal], Wavefront]]:
         """Goals seen from near, and the flood that reached them: as narrow a one as proves the best."""
         for bound_m in (*BOUNDS_M, math.inf):
-            wave = flood(bound_m)
+            wave = yield from flood(bound_m)
             near = near_to(wave.start_in_map, frontiers, bound_m + NEAR_M)
-            goals = self._views.from_near(self._views.worth_a_look(near, grid), grid, wave)
+            goals = yield from self._views.from_near(self._views.worth_a_look(near, grid), grid, wave)
             if pursued is not None and self._stays_best(bound_m, goals, wave, way_left_m):
                 return [pursued], wave
             if wave.is_exhausted or not self._may_widening_help(bound_m, goals, pursued):

@@ -202,5 +202,5 @@ def moved(
     ny, nx = array.shape
     if array.size:
         dx, dy = old_offset[0] - new_offset[0], old_offset[1] - new_offset[1]
-        copy_written(array, out[dy : dy + ny, dx : dx + nx])
+        copy_written(array, out[dy : dy + ny, dx : dx + nx], is_blank=fill == 0)
     return out

@@ -39,13 +39,16 @@ def filled(shape: tuple[int, int], value: np.generic | float, dtype: DTypeLike) 
     return out
 
 
-def copy_written(source: NDArray, target: NDArray) -> None:
-    """target[...] = source, (ny, nx) both, passing over blocks that hold nothing but zeros in either."""
+def copy_written(source: NDArray, target: NDArray, *, is_blank: bool = False) -> None:
+    """target[...] = source, (ny, nx) both, passing over blocks that hold nothing but zeros in either.
+
+    is_blank: the target is known to hold nothing else.
+    """
     if source.nbytes < LARGE_BYTES:
         target[...] = source
         return
     for block in blocks(source.shape):
-        if source[block].any() or target[block].any():
+        if source[block].any() or (not is_blank and target[block].any()):
             target[block] = source[block]
 
 

@@ -16,8 +16,8 @@ from occmap.sensor_model import SensorModelConfig
 from occmap.stopwatch import Stopwatch
 from occmap.worn_surfaces import worn_cells
 
-CELLS_PER_TURN = 1_500_000
-"""So much of a grid is taken over into the layers in one turn: about 20 ms, none may hold up the robot."""
+CELLS_PER_TURN = 1_000_000
+"""So much of a grid is taken over into the layers in one turn: 15 to 30 ms, none may hold up the robot."""
 
 
 class LivingMap:

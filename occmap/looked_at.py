@@ -58,5 +58,5 @@ class LookedAt:
 
     def carry_over(self, new_map_from_old_map: Pose2) -> None:
         """Follow a correction of the map."""
-        self._looks = [carried(look, new_map_from_old_map) for look in self._looks]
+        self._looks = carried(self._looks, new_map_from_old_map)
         self._trip = None

@@ -67,7 +67,7 @@ class FailedLooks:
 
     def carry_over(self, new_map_from_old_map: Pose2) -> None:
         """Follow a correction of the map."""
-        self._looks = [carried(look, new_map_from_old_map) for look in self._looks]
+        self._looks = carried(self._looks, new_map_from_old_map)
 
 
 def still_there(looks: Sequence[L], frontier: Frontier, within_m: float, grid: OccupancyGrid) -> list[L]:
@@ -86,10 +86,10 @@ def still_there(looks: Sequence[L], frontier: Frontier, within_m: float, grid: O
     ]
 
 
-def carried(look: L, new_map_from_old_map: Pose2) -> L:
-    """The same look after a correction of the map."""
-    x_m, y_m = (new_map_from_old_map @ Pose2(*look.in_map, 0.0)).position
-    return replace(look, in_map=(float(x_m), float(y_m)))
+def carried(looks: Sequence[L], new_map_from_old_map: Pose2) -> list[L]:
+    """The same looks after a correction of the map."""
+    places = new_map_from_old_map.apply(np.array([look.in_map for look in looks]).reshape(-1, 2)).tolist()
+    return [replace(look, in_map=(x_m, y_m)) for look, (x_m, y_m) in zip(looks, places, strict=True)]
 
 
 def are_joined(a: tuple[float, float], b: tuple[float, float], grid: OccupancyGrid) -> bool:

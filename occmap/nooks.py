@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -10,7 +10,10 @@ from occmap.boundary import Boundary
 from occmap.frontiers import Frontier, FrontierConfig, FrontierMap
 from occmap.goals import Goal, GoalChooser
 from occmap.grid import OccupancyGrid
+from occmap.living_map import bands_around
 from occmap.memory import FailedLooks
+from occmap.slices import Sliced
+from occmap.views import FAR_CELLS
 from occmap.wavefront import Wavefront
 
 BESIDE_M = 0.5
@@ -25,33 +28,39 @@ class Nooks:
         self._looks = looks
         self._boundary = boundary
 
-    def edges(self, grid: OccupancyGrid) -> list[Frontier]:
+    def edges(self, grid: OccupancyGrid) -> Sliced[list[Frontier]]:
         """Every edge of the unknown long enough for a nook; the frontier map leaves walls' rims out."""
         return self._edges(grid, self._chooser.config.least_nook_m(grid.frame.resolution_m))
 
-    def slits(self, grid: OccupancyGrid, wave: Wavefront, max_range_m: float) -> list[Frontier]:
+    def slits(self, grid: OccupancyGrid, wave: Wavefront, max_range_m: float) -> Sliced[list[Frontier]]:
         """The mouths of nooks not looked into, and narrow ones that cracks look like."""
-        edges = self._edges(grid, 0.0)
-        nooks = [goal.frontier for goal in self.goals(edges, grid, wave, max_range_m)]
+        edges = yield from self._edges(grid, 0.0)
+        nooks = [goal.frontier for goal in (yield from self.goals(edges, grid, wave, max_range_m))]
         told = {id(mouth.cells) for mouth in nooks}
         others = [edge for edge in edges if id(edge.cells) not in told and _is_beside(edge, grid, wave)]
         return nooks + [edge for edge in others if self._chooser.is_crack(edge, grid)]
 
-    def _edges(self, grid: OccupancyGrid, least_m: float) -> list[Frontier]:
+    def _edges(self, grid: OccupancyGrid, least_m: float) -> Sliced[list[Frontier]]:
         every_edge = FrontierMap(FrontierConfig(ignore_rim=False))
-        every_edge.rebuild(grid)
+        every_edge.clear(grid)
+        for rows in bands_around(0, grid.shape):
+            every_edge.take_rows(rows, grid)
+            yield (rows.stop - rows.start) * grid.shape[1] // 3
         edges = every_edge.clusters(grid, least_m)
         return edges if self._boundary is None else self._boundary.split(edges, grid)[0]
 
     def goals(
         self, edges: Iterable[Frontier], grid: OccupancyGrid, wave: Wavefront, max_range_m: float
-    ) -> Iterator[Goal]:
+    ) -> Sliced[list[Goal]]:
         """A look into each of those edges that is a nook, from within half the lidar's range."""
+        found: list[Goal] = []
         for edge in edges:
             if not self._looks.at(edge, grid):
                 goal = self._chooser.goal_into_nook(edge, grid, wave, 0.5 * max_range_m)
                 if goal is not None:
-                    yield goal
+                    found.append(goal)
+                yield FAR_CELLS // 2
+        return found
 
 
 def _is_beside(edge: Frontier, grid: OccupancyGrid, wave: Wavefront) -> bool:

@@ -16,11 +16,14 @@ from occmap.geometry import Pose2
 from occmap.grid import Cells, OccupancyGrid
 from occmap.path import Path
 from occmap.search import SearchMemory, SearchRequest
+from occmap.slices import Sliced
 from occmap.terrain import ClearanceLimits, Terrain, escape_price_list, price_list
 from occmap.wavefront import Wavefront
 
 __all__ = ["Path", "Planner", "PlannerConfig", "Wavefront", "WideningFlood"]
 
+RING_M = 16.0
+"""A flood goes so much farther at a time: in the middle of a large hall that is two million cells."""
 GAP_AHEAD_M = 0.6
 """What holds the robot up is looked for so far ahead: in reach of the follower's look."""
 
@@ -230,11 +233,18 @@ class WideningFlood:
         self._map = grid, clearance_m
         self._start_cell = grid.frame.cell_at(*here.position)
         self._wave: Wavefront | None = None
+        self._bound_m = 0.0
 
-    def __call__(self, within_m: float) -> Wavefront:
-        """All that costs at most so many metres; the wave before it is void."""
-        if self._wave is None:
-            self._wave = self._planner.flood(*self._map, self._start_cell, within_m=within_m)
-        else:
-            self._wave = self._planner.widen(self._wave, within_m)
+    def __call__(self, within_m: float) -> Sliced[Wavefront]:
+        """All that costs at most so many metres, ring by ring; the wave before it is void."""
+        while self._wave is None or (self._bound_m < within_m and not self._wave.is_exhausted):
+            before = 0 if self._wave is None else self._wave.n_reached
+            self._bound_m = min(within_m, self._bound_m + RING_M)
+            self._wave = self._widened(self._bound_m)
+            yield self._wave.n_reached - before
         return self._wave
+
+    def _widened(self, within_m: float) -> Wavefront:
+        if self._wave is None:
+            return self._planner.flood(*self._map, self._start_cell, within_m=within_m)
+        return self._planner.widen(self._wave, within_m)

@@ -11,6 +11,7 @@ from occmap.goals import LONG_M, Goal, GoalChooser, best_of
 from occmap.grid import OccupancyGrid
 from occmap.looked_at import LookedAt
 from occmap.memory import FailedLooks
+from occmap.slices import Sliced
 from occmap.tour import Stop
 from occmap.wavefront import Wavefront
 
@@ -20,6 +21,8 @@ BAD_LUCK = 2
 """So many far looks in vain, one after the other, say nothing about the next."""
 FAR_LOOKS = 2
 """A frontier that can only be seen from afar is given up after so many looks."""
+NEAR_CELLS, FAR_CELLS = 2_000, 30_000
+"""What it costs to seek a viewpoint near by, and one half the lidar's range away: see slices.Sliced."""
 
 
 class Views:
@@ -54,7 +57,7 @@ class Views:
 
     def from_near(
         self, frontiers: Iterable[tuple[Frontier, int]], grid: OccupancyGrid, wave: Wavefront
-    ) -> list[Goal]:
+    ) -> Sliced[list[Goal]]:
         """Looks at the frontiers, but for those that cost too much: to compete with the best, or at all.
 
         In the order they come, which is by the crow's distance: the best turns up early. Until there is
@@ -69,6 +72,7 @@ class Views:
             if goal is not None and self.is_worth_the_way(goal, grid):
                 goals.append(goal)
                 best = best_of((best, goal)) if best is not None else goal
+            yield NEAR_CELLS
         return goals
 
     def has_place(self, frontier: Frontier, failed: int, grid: OccupancyGrid, wave: Wavefront) -> bool:
@@ -97,31 +101,37 @@ class Views:
         grid: OccupancyGrid,
         wave: Wavefront,
         max_range_m: float,
-    ) -> list[Goal]:
+    ) -> Sliced[list[Goal]]:
         """Goals to be seen from afar that are worth the way: from as near as there are any."""
-        for goals in self.all_from_afar(frontiers, grid, wave, max_range_m):
-            if worthy := self.worthy(goals, grid):
+        for from_m in self._afar_m(max_range_m):
+            found: list[Goal | None] = []
+            for frontier, failed in frontiers:
+                found.append(self._from_afar(frontier, failed, grid, wave, from_m))
+                yield FAR_CELLS
+            if worthy := self.worthy(found, grid):
                 return worthy
         return []
 
-    def all_from_afar(
-        self,
-        frontiers: Sequence[tuple[Frontier, int]],
-        grid: OccupancyGrid,
-        wave: Wavefront,
-        max_range_m: float,
-    ) -> Iterator[list[Goal]]:
+    def is_seen_from_afar(
+        self, frontier: Frontier, failed: int, grid: OccupancyGrid, wave: Wavefront, max_range_m: float
+    ) -> bool:
+        """Whether there is a place to see a frontier from, worth the way or not."""
+        places_m = self._afar_m(max_range_m)
+        return any(self._from_afar(frontier, failed, grid, wave, from_m) is not None for from_m in places_m)
+
+    def _afar_m(self, max_range_m: float) -> tuple[float, float, float]:
+        return self._chooser.config.look_from_m[0], 0.5 * max_range_m, max_range_m
+
+    def _from_afar(
+        self, frontier: Frontier, failed: int, grid: OccupancyGrid, wave: Wavefront, from_m: float
+    ) -> Goal | None:
         """Through a slot, from a narrow passage, at a part of it only: worth fewer tries than from near."""
-        config = self._chooser.config
-        near_m, into_m = config.look_from_m[0], config.look_into_m[-1]
-        for from_m in (near_m, 0.5 * max_range_m, max_range_m):
-            found = (
-                self._chooser.goal_for(frontier, grid, wave, from_m, into_m, stride=1, share=0.0)
-                for frontier, failed in frontiers
-                if failed < FAR_LOOKS
-                and (from_m <= near_m or frontier.size * grid.frame.resolution_m >= config.min_far_frontier_m)
-            )
-            yield [goal for goal in found if goal is not None]
+        config, size_m = self._chooser.config, frontier.size * grid.frame.resolution_m
+        is_far = from_m > config.look_from_m[0]
+        if failed >= FAR_LOOKS or (is_far and size_m < config.min_far_frontier_m):
+            return None
+        into_m = config.look_into_m[-1]
+        return self._chooser.goal_for(frontier, grid, wave, from_m, into_m, stride=1, share=0.0)
 
     def worthy(self, goals: Iterable[Goal | None], grid: OccupancyGrid) -> list[Goal]:
         """Those there are and that are worth the way."""

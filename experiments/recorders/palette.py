@@ -42,6 +42,7 @@ OTHER_SOLID: Rgb = (160, 150, 140)
 ACTIVITIES: dict[str, Rgb] = {
     "exploring": ROBOT,
     "looking": (0, 150, 160),
+    "thinking": (110, 110, 190),
     "recovering": PATH,
     "blind": (120, 120, 120),
     "complete": (30, 160, 70),

@@ -11,13 +11,14 @@ from occmap.certificate import certify
 from occmap.decision import Reason
 from occmap.goal_config import GoalConfig
 from occmap.memory import FailedLooks
+from occmap.slices import finish
 from tests.occmap.goal_scenes import Scene, goal_at
 
 BODY_RADIUS_M = 0.17
 
 
 def certificate(scene, looks=None, unvisited=(), slits=(), *, is_early=True):
-    return certify(
+    listed = certify(
         scene.frontiers,
         scene.grid,
         scene.flood(),
@@ -28,6 +29,7 @@ def certificate(scene, looks=None, unvisited=(), slits=(), *, is_early=True):
         slits=slits,
         is_early=is_early,
     )
+    return finish(listed)
 
 
 OPEN_ROOM = """##########

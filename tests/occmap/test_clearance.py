@@ -88,7 +88,7 @@ def test_another_grid_of_the_same_shape_is_measured_anew_where_the_last_one_was(
         clearance.rebuild(grid)
         memory = clearance.distance_m
         np.testing.assert_allclose(memory, expected(grid, 1.0), atol=1e-6)
-    clearance.clear(grid_of(20, 20))
+    clearance.rebuild(grid_of(20, 20))
     assert clearance.distance_m is memory
     assert (memory == 1.0).all()
 

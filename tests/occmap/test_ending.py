@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
 from occmap.decision import Status
@@ -69,8 +70,11 @@ def test_a_part_shut_off_meanwhile_means_sealed_in():
 
 
 def test_surveys_are_due_now_and_then():
-    ending = Ending(EndingConfig(survey_s=10.0))
-    due = [0.1 * k for k in range(300) if ending.is_survey_due(0.1 * k)]
+    rooms, due = Closing(), []
+    for now_s in 0.1 * np.arange(300):
+        if rooms.ending.is_survey_due(now_s):
+            due.append(now_s)
+            rooms.ending.survey(rooms.flood(), rooms.grid, now_s)
     assert due == pytest.approx([0.0, 10.0, 20.0], abs=0.11)
 
 

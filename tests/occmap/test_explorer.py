@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
 
+from occmap import slices
 from occmap.decision import Reason, Status
 from occmap.explorer import ExplorerConfig
 from occmap.geometry import Pose2, Twist2
 from occmap.goal_config import GoalConfig
 from occmap.grid import Belief
+from occmap.living_map import LivingMap
 from tests.occmap.explored_worlds import CELL, FLAT, TWO_ROOMS, Sleepy, exploring
 
 
@@ -69,6 +72,42 @@ def test_having_ended_it_stands_and_says_the_same():
     again = cell.explorer.decide(cell.observe())
     assert (again.status, again.twist, again.activity) == (Status.COMPLETE, Twist2.zero(), "complete")
     assert again.unknown_left == last.unknown_left == cell.explorer.certificate()
+
+
+def test_long_thoughts_are_thought_in_turns(monkeypatch):
+    """Standing, about one map: scans of the meantime are spent on it afterwards, each of them."""
+    monkeypatch.setattr(slices, "TURN_CELLS", 4_000)
+    insert, spent = LivingMap.insert, []
+    monkeypatch.setattr(LivingMap, "insert", lambda *all_: (spent.append(1), insert(*all_)))
+    flat, moments = exploring(FLAT), [(False, 0)]
+
+    def remember(decision):
+        is_thinking = decision.activity == "thinking"
+        assert not is_thinking or decision.twist == Twist2.zero()
+        moments.append((is_thinking, len(spent)))
+        return False
+
+    assert flat.run(300.0, until=remember).status is Status.COMPLETE
+    assert flat.explored() > 0.99
+    spent_since = [after - before for (was_thinking, before), (_, after) in pairwise(moments) if was_thinking]
+    assert spent_since.count(0) > 10
+    awake = [k for k in range(1, len(moments) - 1) if not moments[k - 1][0] and not moments[k][0]]
+    assert all(moments[k][1] == k for k in awake)
+
+
+def test_to_be_asked_for_the_certificate_in_the_middle_of_a_thought_is_no_harm(monkeypatch):
+    monkeypatch.setattr(slices, "TURN_CELLS", 4_000)
+    flat, asked = exploring(FLAT), []
+
+    def ask(decision):
+        if decision.activity == "thinking" and len(asked) < 5:
+            asked.append(flat.explorer.certificate())
+        return False
+
+    assert flat.run(300.0, until=ask).status is Status.COMPLETE
+    assert len(asked) == 5
+    assert all(asked)
+    assert flat.explored() > 0.99
 
 
 def test_a_slot_too_narrow_for_the_body_is_named():

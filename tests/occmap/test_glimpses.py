@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from occmap.glimpses import MOST_M, glimpses
+from occmap.slices import finish
 from tests.ascii_maps import ascii_grid
 
 BEHIND_A_WINDOW = "\n".join(
@@ -20,12 +21,12 @@ def grid():
 
 
 def test_where_no_beam_has_been_there_is_nothing_to_tell(grid):
-    assert glimpses(grid) == []
+    assert finish(glimpses(grid)) == []
 
 
 def test_what_a_beam_went_through_is_told_piece_by_piece(grid):
     grid.log_odds[5, 25:65] = -0.4
-    pieces = glimpses(grid)
+    pieces = finish(glimpses(grid))
     assert len(pieces) == 2
     assert all(size_m <= MOST_M + 0.1 for _, size_m in pieces)
     np.testing.assert_allclose([place for place, _ in pieces], [(1.75, 0.275), (2.75, 0.275)])
@@ -33,10 +34,10 @@ def test_what_a_beam_went_through_is_told_piece_by_piece(grid):
 
 def test_what_is_no_longer_than_a_speck_is_not(grid):
     grid.log_odds[5, 25:31] = -0.4
-    assert glimpses(grid) == []
+    assert finish(glimpses(grid)) == []
 
 
 def test_what_borders_on_free_cells_has_a_frontier_to_tell_of_it(grid):
     grid.log_odds[5, 25:65] = -0.4
     grid.state[5, 24] = 1
-    assert glimpses(grid) == []
+    assert finish(glimpses(grid)) == []

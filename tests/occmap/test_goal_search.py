@@ -10,6 +10,7 @@ from occmap.decision import Reason
 from occmap.goal_config import GoalConfig
 from occmap.goal_search import GoalSearch
 from occmap.memory import FailedLooks
+from occmap.slices import finish
 from tests.occmap.goal_scenes import Scene
 
 MAX_RANGE_M = 12.0
@@ -27,11 +28,19 @@ class Searching(Scene):
 
     def flood_within(self, bound_m):
         self.bounds_m.append(bound_m)
+        yield 0
         return self.flood(bound_m)
 
     def run(self, pursued=None, way_left_m=0.0):
         self.bounds_m = []
-        return self.search.run(self.frontiers, self.grid, self.flood_within, MAX_RANGE_M, pursued, way_left_m)
+        flood = self.flood_within
+        return finish(self.search.run(self.frontiers, self.grid, flood, MAX_RANGE_M, pursued, way_left_m))
+
+    def unvisited(self, wave):
+        return finish(self.search.unvisited(self.frontiers, self.grid, wave, MAX_RANGE_M))
+
+    def slits_left(self):
+        return finish(self.search.slits_left(self.grid, self.flood(), MAX_RANGE_M))
 
     def fail(self, goal, times=1):
         for _ in range(times):
@@ -229,7 +238,7 @@ def test_what_hides_next_to_nothing_is_looked_into_in_passing_only(start, worth_
     scene = Searching(corridor_with_far_recess(), (start, 4), resolution_m=0.1, config=config)
     assert (scene.run().best is not None) == is_worth
     wave = scene.flood()
-    assert scene.search.unvisited(scene.frontiers, scene.grid, wave, MAX_RANGE_M) == scene.frontiers
+    assert scene.unvisited(wave) == scene.frontiers
 
 
 @pytest.mark.parametrize(
@@ -243,7 +252,7 @@ def test_a_slit_far_away_that_promises_little_is_left_and_told(start, worth_nook
     scene.frontiers = []  # the frontier map leaves rims out
     best = scene.run().best
     assert (best is not None) == is_worth
-    (mouth,) = scene.search.slits_left(scene.grid, scene.flood(), MAX_RANGE_M)
+    (mouth,) = scene.slits_left()
     assert abs(mouth.centroid_in_map[0] - 9.7) < 0.2
 
 
@@ -263,15 +272,15 @@ def test_what_is_in_sight_from_afar_alone_may_not_be_worth_the_way_and_yet_is_to
     )
     assert (scene.run().best is not None) == is_worth
     wave = scene.flood()
-    assert scene.search.unvisited(scene.frontiers, scene.grid, wave, MAX_RANGE_M) == scene.frontiers
+    assert scene.unvisited(wave) == scene.frontiers
 
 
 def test_unvisited_are_those_that_could_still_be_looked_into():
     scene = Searching(TWO_ENDS, config=NEAREST)
-    assert scene.search.unvisited(scene.frontiers, scene.grid, scene.flood(), MAX_RANGE_M) == scene.frontiers
+    assert scene.unvisited(scene.flood()) == scene.frontiers
     left = min(scene.run().goals, key=lambda goal: goal.viewpoint_in_map)
     scene.fail(left, times=3)
-    (other,) = scene.search.unvisited(scene.frontiers, scene.grid, scene.flood(), MAX_RANGE_M)
+    (other,) = scene.unvisited(scene.flood())
     assert other.centroid_in_map[0] > 4.0
 
 

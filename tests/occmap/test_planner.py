@@ -10,6 +10,7 @@ from occmap.body import Body
 from occmap.geometry import Pose2
 from occmap.grid import Belief, GridConfig, OccupancyGrid
 from occmap.planner import Planner, PlannerConfig, WideningFlood
+from occmap.slices import finish
 from tests.ascii_maps import ascii_grid
 
 
@@ -135,12 +136,12 @@ def test_a_flood_widened_step_by_step_is_the_flood_from_the_beginning(seed):
     here = Pose2(*grid.frame.centre_of(8, 8), 0.0)
     widening = WideningFlood(Planner(), grid, clearance, here)
     for within_m in (0.5, 2.0, 4.0, np.inf):
-        wave, afresh = widening(within_m), Planner().flood(grid, clearance, (8, 8), within_m=within_m)
+        wave, afresh = finish(widening(within_m)), Planner().flood(grid, clearance, (8, 8), within_m=within_m)
         assert wave.exact_below == afresh.exact_below
         np.testing.assert_array_equal(np.sort(wave.reached_cells()), np.sort(afresh.reached_cells()))
         np.testing.assert_array_equal(costs_of(wave), costs_of(afresh))
     assert wave.is_exhausted
-    assert widening(np.inf) is wave
+    assert finish(widening(np.inf)) is wave
     way, afresh_way = (w.cells_to((60, 60)) for w in (wave, afresh))
     np.testing.assert_array_equal(way, afresh_way)
 

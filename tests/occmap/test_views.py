@@ -8,7 +8,7 @@ from occmap.geometry import Pose2
 from occmap.goal_config import GoalConfig
 from occmap.views import BAD_LUCK
 from tests.occmap.goal_scenes import goal_at
-from tests.occmap.test_goal_search import MAX_RANGE_M, Searching
+from tests.occmap.test_goal_search import Searching
 
 
 def corridor(recess_cells, deep_cells=24, length=900):
@@ -65,7 +65,7 @@ def test_however_long_it_is_what_hides_next_to_nothing_is_not_worth_a_way(deep_c
 def test_what_is_left_is_told():
     scene = looked_into(scene_of(corridor(NARROW), 5))
     wave = scene.flood()
-    assert scene.search.unvisited(scene.frontiers, scene.grid, wave, MAX_RANGE_M) == scene.frontiers
+    assert scene.unvisited(wave) == scene.frontiers
 
 
 @pytest.mark.parametrize(("way_left_m", "is_kept"), [(1.0, True), (90.0, False)])
@@ -89,7 +89,7 @@ def test_where_was_looked_is_remembered_across_a_correction_of_the_map():
 def test_a_slit_too_narrow_for_a_nook_is_told_if_it_is_deep(wide, deep, is_told):
     """Noise paints a slit of three cells to one; a crack is as wide, but soon meets the wall's other face."""
     scene = scene_of(corridor(wide, deep), 850)
-    (mouth, *others) = scene.search.slits_left(scene.grid, scene.flood(), MAX_RANGE_M) or [None]
+    (mouth, *others) = scene.slits_left() or [None]
     assert (mouth is not None) == is_told
     assert not others
 
