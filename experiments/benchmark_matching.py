@@ -57,7 +57,7 @@ class TimedMatcher(Matcher):
 def matching(seed: int) -> Iterator[Figure]:
     """Two minutes of the default office with --pose slam."""
     experiment = prepare(ExperimentConfig(seed=seed, pose="slam"))
-    localizer = experiment.explorer.localizer
+    localizer = experiment.explorer.perception.localizer
     assert isinstance(localizer, SlamLocalizer)
     localizer.tracker.matcher = matcher = TimedMatcher(localizer.tracker.matcher)
     deque(episode(experiment.robot, experiment.explorer, limit_s=120.0), maxlen=1)

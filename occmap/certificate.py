@@ -16,8 +16,11 @@ from occmap.grid import Belief, OccupancyGrid
 from occmap.slices import Sliced
 
 if TYPE_CHECKING:
+    from occmap.body import Body
     from occmap.frontiers import Frontier
     from occmap.goal_config import GoalConfig
+    from occmap.goal_search import GoalSearch
+    from occmap.living_map import LivingMap
     from occmap.memory import FailedLooks
     from occmap.planner import Wavefront
 
@@ -75,6 +78,28 @@ def certify(
         yield REASON_CELLS
     outside = (left(frontier, Reason.OUTSIDE, "beyond the boundary") for frontier in beyond)
     return (*listed, *glimpsed, *outside)
+
+
+def certificate(
+    search: GoalSearch,
+    living_map: LivingMap,
+    wave: Wavefront,
+    body: Body,
+    max_range_m: float,
+    *,
+    is_early: bool,
+) -> Sliced[tuple[UnknownLeft, ...]]:
+    """The same of a map as it is, and of what a search has looked at so far."""
+    frontiers, grid, slits = living_map.find_frontiers(), living_map.grid, []
+    unvisited = yield from search.unvisited(frontiers, grid, wave, max_range_m)
+    if not is_early:
+        slits = yield from search.slits_left(grid, wave, max_range_m)
+    return (
+        yield from certify(
+            frontiers, grid, wave, search.looks, search.chooser.config, body.radius_m, unvisited,
+            living_map.frontiers_beyond, slits, is_early=is_early,
+        )
+    )  # fmt: skip
 
 
 class Reasons:

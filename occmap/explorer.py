@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 
 from occmap.body import Body
 from occmap.boundary import Boundary
-from occmap.certificate import certify
+from occmap.certificate import certificate
 from occmap.decision import Decision, Reason, Status, UnknownLeft
 from occmap.ending import Ending
 from occmap.explorer_config import ExplorerConfig
@@ -24,9 +23,10 @@ from occmap.localization.localizer import Localizer, OdometryLocalizer
 from occmap.memory import FailedLooks
 from occmap.mobility import Mobility
 from occmap.pace import Pace
+from occmap.perception import Perception
 from occmap.planner import Planner, Wavefront, WideningFlood
 from occmap.pursuit import Failure, Pursuit
-from occmap.scan import Observation, Scan
+from occmap.scan import Observation
 from occmap.setbacks import Setbacks
 from occmap.slices import Sliced, finish, take_turn
 from occmap.stopwatch import Stopwatch
@@ -62,9 +62,9 @@ class Explorer:
     ) -> None:
         self.config = config = config or ExplorerConfig()
         self.body = body = body or Body()
-        self.localizer = localizer or OdometryLocalizer()
         boundary = Boundary(config.boundary_in_map) if config.boundary_in_map else None
         self.map = LivingMap(config.grid, config.sensor_model, config.clearance, config.frontiers, boundary)
+        self.perception = Perception(localizer or OdometryLocalizer(), self.map)
         self.planner = Planner(config.planner, body, boundary)
         self.follower = Follower(config.follower, body)
         self.looks = FailedLooks()
@@ -82,7 +82,6 @@ class Explorer:
         self._goal_switches = 0
         self._last: tuple[Pose2, Observation] | None = None
         self._thought: Sliced[None] | None = None
-        self._unspent: list[tuple[Scan, Pose2]] = []
 
     @property
     def grid(self) -> OccupancyGrid:
@@ -99,32 +98,18 @@ class Explorer:
         return self._decision(here, activity, twist)
 
     def _see(self, seen: Observation) -> tuple[Pose2, Observation]:
-        """Localise, and spend the scan on the map: the pose, and the scan as seen from that one pose."""
-        with self._watch.lap("localization"):
-            estimate = self.localizer.update(seen)
-        if estimate.grid is not None:
-            self._take_over(estimate.grid, estimate.map_shift or Pose2.identity(), estimate.map_from_robot)
-        elif self.map.is_settling:
-            with self._watch.lap("mapping"):
-                self.map.settle()
-        if estimate.scan is not None:
-            seen = replace(seen, scan=estimate.scan)
-        here = estimate.map_from_robot
-        if estimate.insert or not self.map.holds(here):
-            self._unspent.append((seen.scan, here @ seen.robot_from_lidar))
-        if self._thought is None:
-            for scan, map_from_lidar in self._unspent:
-                self.map.insert(scan, map_from_lidar, self._watch)
-            self._unspent.clear()
-        return here, seen
+        """Take an observation in: the pose, and what was seen as seen from that one pose."""
+        is_held = self._thought is not None
+        percept = self.perception.take_in(seen, self._watch, is_held=is_held)
+        if percept.new_map_from_old_map is not None:
+            self._carry_over(percept.new_map_from_old_map)
+        return percept.map_from_robot, percept.seen
 
-    def _take_over(self, grid: OccupancyGrid, new_map_from_old_map: Pose2, here: Pose2) -> None:
+    def _carry_over(self, new_map_from_old_map: Pose2) -> None:
         """The localizer has corrected the past: go on in its map with what is remembered."""
         self._thought = None
-        self._unspent.clear()  # it knows of them
-        self.map.replace(grid, here)
         self.pace.forget_the_map()
-        self.ending.carry_over(new_map_from_old_map, grid)
+        self.ending.carry_over(new_map_from_old_map, self.grid)
         self.search.carry_over(new_map_from_old_map)
         self.planner.barred.carry_over(new_map_from_old_map)
         if self.pursuit is not None:
@@ -261,6 +246,7 @@ class Explorer:
     def _end(self, status: Status, wave: Wavefront, seen: Observation) -> Sliced[None]:
         self.pursuit = None
         unknown_left = yield from self._certified(status, wave, seen)
+        yield self.grid.state.size
         self.status, self._unknown_left = status, unknown_left
         self.map.restore_surfaces()
         self._note(f"{status.value}: {len(self._unknown_left)} frontiers left unseen")
@@ -276,17 +262,8 @@ class Explorer:
     def _certified(
         self, status: Status, wave: Wavefront, seen: Observation
     ) -> Sliced[tuple[UnknownLeft, ...]]:
-        frontiers, max_range_m = self.map.find_frontiers(), seen.scan.max_range_m
-        is_early, slits = status in (Status.EXPLORING, Status.STUCK), []
-        unvisited = yield from self.search.unvisited(frontiers, self.grid, wave, max_range_m)
-        if not is_early:
-            slits = yield from self.search.slits_left(self.grid, wave, max_range_m)
-        left = yield from certify(
-            frontiers, self.grid, wave, self.looks, self.config.goals, self.body.radius_m, unvisited,
-            self.map.frontiers_beyond, slits, is_early=is_early,
-        )  # fmt: skip
-        yield self.grid.state.size
-        return left
+        is_early = status in (Status.EXPLORING, Status.STUCK)
+        return certificate(self.search, self.map, wave, self.body, seen.scan.max_range_m, is_early=is_early)
 
     def _pursue(self, pursuit: Pursuit, here: Pose2, seen: Observation) -> tuple[str, Twist2]:
         """Drive on, or look if there; give the goal up if that leads nowhere."""
