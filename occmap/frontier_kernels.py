@@ -144,13 +144,13 @@ def paint(flat, cells, mark):
 
 
 @part
-def halve(mask, cells, room):
+def halve(mask, flat, cells, room):
     """Cut a connected set of FLOODED cells in two between its far ends; reorders cells, marks them DONE.
 
     Each half holds the cells nearer to its end along the set, so each is connected. Returns where
     the second half begins. O(cells).
     """
-    n, flat = cells.shape[0], mask.reshape(-1)
+    n = cells.shape[0]
     room[0] = cells[0]
     flat[room[0]] = ECHOED
     end = room[flood(mask, NONE, ONE, room, FLOODED, ECHOED) - 1]
@@ -173,15 +173,14 @@ def halve(mask, cells, room):
 
 
 @kernel
-def cluster(mask, listed, max_extent):
+def cluster(mask, flat, listed, max_extent):
     """Group the frontier cells by 8-connectivity and halve groups longer than max_extent cells.
 
-    listed (n,) flat indices holds every frontier cell, perhaps twice, and perhaps cells that are
-    none any more. Returns the cells (m, 2) group by group, the ends (g,) of the groups, and their
-    centroids (g, 2) in cells. O(n), times log(length / max_extent) for what is halved.
+    flat is the mask seen flat; listed (n,) flat indices holds every frontier cell, perhaps twice, and
+    perhaps cells that are none any more. Returns the cells (m, 2) group by group, the ends (g,) of the
+    groups, and their centroids (g, 2) in cells. O(n), times log(length / max_extent) for what is halved.
     """
-    flat, nx = mask.reshape(-1), mask.shape[1]
-    n = listed.shape[0]
+    nx, n = mask.shape[1], listed.shape[0]
     order, room = np.empty(n, np.int32), np.empty(n, np.int32)
     ends, cuts = np.empty(n, np.int64), np.empty(n + 1, np.int64)
     groups, start = NONE, NONE
@@ -194,7 +193,7 @@ def cluster(mask, listed, max_extent):
             piece = order[start : cuts[waiting - 1]]
             if extent(piece, nx) > max_extent:
                 paint(flat, piece, FLOODED)
-                cuts[waiting] = start + halve(mask, piece, room)
+                cuts[waiting] = start + halve(mask, flat, piece, room)
                 waiting += 1
             else:
                 paint(flat, piece, DONE)

@@ -106,7 +106,7 @@ class FrontierMap:
     def _group(self, listed: NDArray[np.int32], grid: OccupancyGrid) -> None:
         """Group listed cells, those that are frontier."""
         most = min(self.config.max_extent_m / grid.config.resolution_m, 1e9)
-        cells, ends, centroids = self._kernels.cluster(self.mask, listed, math.ceil(most))
+        cells, ends, centroids = self._kernels.cluster(self.mask, self.mask.ravel(), listed, math.ceil(most))
         self._grouped[cells[:, 1], cells[:, 0]] = 1
         start = 0
         for end, (x_m, y_m) in zip(ends.tolist(), grid.frame.map_from_cell(centroids).tolist(), strict=True):

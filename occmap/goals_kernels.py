@@ -136,7 +136,7 @@ def find_viewpoint(state, cost, exact_below, targets, needed, reach_cells, strid
                     if seen + n - k < needed:
                         break
                     tx, ty, depth = targets[k, 0], targets[k, 1], targets[k, 2]
-                    near = (tx - x) ** 2 + (ty - y) ** 2 <= reach_squared
+                    near = (tx - x) * (tx - x) + (ty - y) * (ty - y) <= reach_squared
                     if near and sees(state, x, y, tx, ty, depth + depth // 4 + 1):
                         seen += 1
                         if seen >= needed:

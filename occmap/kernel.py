@@ -1,6 +1,8 @@
 """How kernels are compiled: when they are first called, and then kept on disk.
 
-What compiling costs goes by the number of functions more than by their length: about 40 ms each.
+What compiling costs goes by the number of functions more than by their length: about 40 ms each. So do
+numba's own: `min`, `max` and `np.empty` are compiled once for each set of types and of options below, `**`
+and `reshape` take longer still, and `math`'s functions half of what `np`'s do.
 """
 
 import os

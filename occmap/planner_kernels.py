@@ -6,6 +6,8 @@ costs is looked up from its belief and clearance in `entry_cost`, (3 * bins,): a
 BINS_PER_M columns for each metre of clearance, 0 where the body does not go.
 """
 
+import math
+
 import numpy as np
 
 from occmap.kernel import kernel, part
@@ -182,7 +184,7 @@ def line_cost(first, last, nx, state, clearance_m, entry_cost, dearest):
         if step == 0 or step > dearest:
             return -1.0
         total += step
-    return total / samples * np.sqrt(dx * dx + dy * dy)
+    return total / samples * math.sqrt(dx * dx + dy * dy)
 
 
 @kernel
@@ -236,15 +238,15 @@ def least_clearance(points, clearance_m, state, origin_x, origin_y, resolution_m
     for k in range(len(points)):
         first = points[max(k - 1, 0)]
         dx, dy = points[k, 0] - first[0], points[k, 1] - first[1]
-        length = np.sqrt(dx * dx + dy * dy)
+        length = math.sqrt(dx * dx + dy * dy)
         if begun + length >= from_m:
-            samples = max(int(np.ceil(2.0 * length / resolution_m)), 1)
+            samples = max(math.ceil(2.0 * length / resolution_m), 1)
             for i in range(1, samples + 1):
                 along = length * i / samples
                 if begun + along < from_m:
                     continue
-                ix = int(np.floor((first[0] + dx * i / samples - origin_x) / resolution_m))
-                iy = int(np.floor((first[1] + dy * i / samples - origin_y) / resolution_m))
+                ix = math.floor((first[0] + dx * i / samples - origin_x) / resolution_m)
+                iy = math.floor((first[1] + dy * i / samples - origin_y) / resolution_m)
                 clear = 0.0
                 if 0 <= ix < nx and 0 <= iy < ny and state[iy, ix] != 2:
                     clear = clearance_m[iy, ix]

@@ -49,13 +49,13 @@ def nearest_block(state, coarse_state, side, x, y, reach, most_unknown):
     bx, by = x // side, y // side
     seen_from = 0
     for ring in range(reach + 1):
-        best, where = 2 * (reach + 1) ** 2, -1
+        best, where = 2 * (reach + 1) * (reach + 1), -1
         for jy in range(max(0, by - ring), min(ny, by + ring + 1)):
             is_edge = abs(jy - by) == ring
             for jx in range(max(0, bx - ring), min(nx, bx + ring + 1)):
                 if not (is_edge or abs(jx - bx) == ring) or coarse_state[jy, jx] != FREE:
                     continue
-                away = (jx - bx) ** 2 + (jy - by) ** 2
+                away = (jx - bx) * (jx - bx) + (jy - by) * (jy - by)
                 if away >= best:
                     continue
                 seen_from += 1
@@ -101,7 +101,7 @@ def watchers(state, clearance_m, side, cost_m, targets, ends, reach, share):
                     if seen >= needed or seen + mine.shape[0] - j < needed:
                         break
                     tx, ty, depth = mine[j, 0], mine[j, 1], mine[j, 2]
-                    near = (tx - x) ** 2 + (ty - y) ** 2 <= reach[k] ** 2
+                    near = (tx - x) * (tx - x) + (ty - y) * (ty - y) <= reach[k] * reach[k]
                     seen += near and sees(state, x, y, tx, ty, depth + depth // 4 + 1)
                 if seen >= needed:
                     if n == pairs.shape[0]:

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numba import njit
 
+OPTIONS: dict[str, Any] = {"cache": True, "no_cfunc_wrapper": True}
+"""Those of occmap's kernels: what numba compiles for those then serves this one, too."""
 
-@njit(cache=True)
+
+@njit(**OPTIONS)
 def spoil(exact_m, normal, short, miss, dropout, levels, min_range_m, max_range_m):
     """(n,) measured ranges from exact ones and from the chances drawn for every beam (n,). O(n).
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
-from occmap.kernel import kernel
+from occmap.kernel import kernel, part
 
 
 @kernel
@@ -18,7 +20,7 @@ def hits(bearings, ranges, least_m, most_m, x, y, yaw):
     k = 0
     for beam in range(ranges.shape[0]):
         if least_m <= ranges[beam] < most_m:
-            c, s = np.cos(bearings[beam] + yaw), np.sin(bearings[beam] + yaw)
+            c, s = math.cos(bearings[beam] + yaw), math.sin(bearings[beam] + yaw)
             points[k, 0], points[k, 1] = x + c * ranges[beam], y + s * ranges[beam]
             facing[k, 0], facing[k, 1] = -c, -s
             beams[k] = beam
@@ -32,13 +34,12 @@ def spaced(points, spacing_m):
     kept = np.empty(points.shape[0], np.int64)
     n = 0
     for k in range(points.shape[0]):
-        if (
-            n == 0
-            or (points[k, 0] - points[kept[n - 1], 0]) ** 2 + (points[k, 1] - points[kept[n - 1], 1]) ** 2
-            >= spacing_m * spacing_m
-        ):
-            kept[n] = k
-            n += 1
+        if n > 0:
+            dx, dy = points[k, 0] - points[kept[n - 1], 0], points[k, 1] - points[kept[n - 1], 1]
+            if dx * dx + dy * dy < spacing_m * spacing_m:
+                continue
+        kept[n] = k
+        n += 1
     return kept[:n]
 
 
@@ -51,32 +52,30 @@ def bridged(points, beams, spacing_m, most_m, off_m):
     which travels with the robot, would fit best where the robot was before. O(points + output).
     """
     n = points.shape[0]
-    count = n
+    between, count = np.empty(max(n - 1, 0), np.int64), n
     for k in range(n - 1):
-        if _on_one_wall(points, beams, k, most_m, off_m):
-            count += int(
-                np.hypot(points[k + 1, 0] - points[k, 0], points[k + 1, 1] - points[k, 1]) / spacing_m
-            )
+        dx, dy = points[k + 1, 0] - points[k, 0], points[k + 1, 1] - points[k, 1]
+        is_wall = _is_on_one_wall(points, beams, k, most_m, off_m)
+        between[k] = int(math.hypot(dx, dy) / spacing_m) if is_wall else 0
+        count += between[k]
     out = np.empty((count, 2))
     for k in range(n):  # to assign a slice compiles for two seconds
         out[k, 0], out[k, 1] = points[k, 0], points[k, 1]
     at = n
     for k in range(n - 1):
-        if _on_one_wall(points, beams, k, most_m, off_m):
-            dx, dy = points[k + 1, 0] - points[k, 0], points[k + 1, 1] - points[k, 1]
-            more = int(np.hypot(dx, dy) / spacing_m)
-            for i in range(more):
-                share = (i + 1) / (more + 1)
-                out[at, 0], out[at, 1] = points[k, 0] + share * dx, points[k, 1] + share * dy
-                at += 1
+        dx, dy = points[k + 1, 0] - points[k, 0], points[k + 1, 1] - points[k, 1]
+        for i in range(between[k]):
+            share = (i + 1) / (between[k] + 1)
+            out[at, 0], out[at, 1] = points[k, 0] + share * dx, points[k, 1] + share * dy
+            at += 1
     return out
 
 
-@kernel
-def _on_one_wall(points, beams, k, most_m, off_m):
+@part
+def _is_on_one_wall(points, beams, k, most_m, off_m):
     """Whether hits k and k + 1 lie on one wall: neighbours, near, in line with the hit before or after."""
     dx, dy = points[k + 1, 0] - points[k, 0], points[k + 1, 1] - points[k, 1]
-    length = np.hypot(dx, dy)
+    length = math.hypot(dx, dy)
     if beams[k + 1] != beams[k] + 1 or length > most_m or length == 0.0:
         return False
     for other in (k - 1, k + 2):

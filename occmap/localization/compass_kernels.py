@@ -6,6 +6,8 @@ apart, its normal is near to; the offset is how far along that direction it lies
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from occmap.kernel import kernel, part
@@ -40,7 +42,7 @@ def _weight(row, least_count):
 def offsets(surfels, yaw, cosine, least_count, cell_m, reach_m, histogram):
     """Fills histogram (4, bins) with the walls' weight by side and offset; returns that of all walls."""
     histogram[:, :] = 0.0
-    c, s = np.cos(yaw), np.sin(yaw)
+    c, s = math.cos(yaw), math.sin(yaw)
     total = 0.0
     for p in range(surfels.shape[0]):
         row = surfels[p]
@@ -51,7 +53,7 @@ def offsets(surfels, yaw, cosine, least_count, cell_m, reach_m, histogram):
             continue
         offset = c * row[0] + s * row[1] if side % 2 == 0 else c * row[1] - s * row[0]
         place = (offset + reach_m) / cell_m
-        k = int(np.floor(place))
+        k = math.floor(place)
         if 0 <= k < histogram.shape[1] - 1:
             histogram[side, k] += weight * (1.0 - (place - k))
             histogram[side, k + 1] += weight * (place - k)
@@ -92,7 +94,7 @@ def straighten(surfels, yaw, iterations, cosine, least_count, cell_m, reach_m, l
         lines = _peaks(histogram, line, least_wall)
         sums = np.empty((lines, 5))
         sums[:, :] = 0.0
-        c, s = np.cos(yaw), np.sin(yaw)
+        c, s = math.cos(yaw), math.sin(yaw)
         for p in range(surfels.shape[0]):
             row = surfels[p]
             weight = _weight(row, least_count)
@@ -101,7 +103,7 @@ def straighten(surfels, yaw, iterations, cosine, least_count, cell_m, reach_m, l
                 continue
             x, y = c * row[0] + s * row[1], c * row[1] - s * row[0]
             offset, along = (x, y) if side % 2 == 0 else (y, -x)
-            k = int(np.floor((offset + reach_m) / cell_m + 0.5))
+            k = math.floor((offset + reach_m) / cell_m + 0.5)
             if 0 <= k < bins and line[side, k] >= 0:
                 at = sums[line[side, k]]
                 at[0] += weight

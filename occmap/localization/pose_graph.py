@@ -156,25 +156,23 @@ class PoseGraph:
 
     def chi2(self) -> Floats:
         """(m,) e^T information e of every edge, before any loss."""
-        from occmap.localization import pose_graph_kernels as kernels
-
-        out = np.empty(len(self._ends))
-        kernels.edge_chi2(self.poses, self.ends, self.measured, self.information, out)
-        return out
+        return self._losses(self._scale.rows)[1]
 
     def weights(self) -> Floats:
         """(m,) what its loss leaves of every edge: 1 where it agrees, towards 0 where it must be wrong."""
-        from occmap.localization import pose_graph_kernels as kernels
-
-        out = np.empty(len(self._ends))
-        kernels.loss_weights(self.chi2(), self._loss.rows, self._scale.rows, out)
-        return out
+        return self._losses(self._scale.rows)[2]
 
     def cost(self) -> float:
         """What is minimised: the sum of every edge's loss."""
+        return self._losses(self._scale_for_now())[0]
+
+    def _losses(self, scale: Floats) -> tuple[float, Floats, Floats]:
+        """The cost, and every edge's chi2 (m,) and weight (m,), with a scale (m,) of each loss."""
         from occmap.localization import pose_graph_kernels as kernels
 
-        return kernels.robust_cost(self.chi2(), self._loss.rows, self._scale_for_now())
+        chi2, weights = np.empty(len(self._ends)), np.empty(len(self._ends))
+        edges = self.ends, self.measured, self.information, self._loss.rows
+        return kernels.edge_losses(self.poses, *edges, scale, chi2, weights), chi2, weights
 
     def optimise(self, max_iterations: int = 50) -> Iteration:
         """Iterate until converged; returns the last iteration, with the cost before the first one."""

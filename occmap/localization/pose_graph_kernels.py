@@ -74,32 +74,32 @@ def robust_cost_and_weight(chi2: float, loss: int, scale: float) -> tuple[float,
 
 
 @kernel
-def edge_chi2(poses: Floats, ends: Ints, z: Floats, information: Floats, chi2: Floats) -> None:
-    """Fill chi2 (m,) = e^T information e of every edge. O(m)."""
+def edge_losses(
+    poses: Floats,
+    ends: Ints,
+    z: Floats,
+    information: Floats,
+    loss: Ints,
+    scale: Floats,
+    chi2: Floats,
+    weights: Floats,
+) -> float:
+    """Fill chi2 (m,) = e^T information e and weights (m,) = rho'(chi2) of all edges.
+
+    Returns the sum of rho(chi2). O(m).
+    """
     e = np.empty(3)
+    cost = 0.0
     for k in range(len(ends)):
         edge_error(poses[ends[k, 0]], poses[ends[k, 1]], z[k], e)
         total = 0.0
         for a in range(3):
             for b in range(3):
                 total += e[a] * information[k, a, b] * e[b]
+        rho, weights[k] = robust_cost_and_weight(total, loss[k], scale[k])
         chi2[k] = total
-
-
-@kernel
-def robust_cost(chi2: Floats, loss: Ints, scale: Floats) -> float:
-    """Sum of rho(chi2) over all edges. O(m)."""
-    total = 0.0
-    for k in range(len(chi2)):
-        total += robust_cost_and_weight(chi2[k], loss[k], scale[k])[0]
-    return total
-
-
-@kernel
-def loss_weights(chi2: Floats, loss: Ints, scale: Floats, weights: Floats) -> None:
-    """Fill weights (m,) = rho'(chi2) of all edges. O(m)."""
-    for k in range(len(chi2)):
-        weights[k] = robust_cost_and_weight(chi2[k], loss[k], scale[k])[1]
+        cost += rho
+    return cost
 
 
 @kernel

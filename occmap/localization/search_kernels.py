@@ -8,6 +8,8 @@ branch and bound needs, at a third more memory than the raster alone.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from occmap.kernel import kernel, part
@@ -26,8 +28,8 @@ def stamp(buffer, starts, shapes, points, origin_x, origin_y, cells_per_m, profi
     radius = profile.shape[0] - 1
     ny, nx = shapes[0, 0], shapes[0, 1]
     for p in range(points.shape[0]):
-        cx = int(np.floor((points[p, 0] - origin_x) * cells_per_m))
-        cy = int(np.floor((points[p, 1] - origin_y) * cells_per_m))
+        cx = math.floor((points[p, 0] - origin_x) * cells_per_m)
+        cy = math.floor((points[p, 1] - origin_y) * cells_per_m)
         if cx < radius or cy < radius or cx >= nx - radius or cy >= ny - radius:
             continue
         if buffer[starts[0] + cy * nx + cx] == profile[0, 0]:
@@ -110,8 +112,10 @@ def descend(buffer, starts, shapes, points, origin_x, origin_y, cells_per_m, gue
     done, and the work left. With any_will_do the first pose that beats `best` ends it.
     """
     n_angles, blocks = out.shape[0], out.shape[1]
-    cells = np.empty((n_angles, points.shape[0], 2), np.int64)
-    is_turned = np.zeros(n_angles, np.bool_)
+    n = points.shape[0]
+    cells, is_turned = np.empty((n_angles * n, 2), np.int64), np.empty(n_angles, np.int64)
+    for a in range(n_angles):
+        is_turned[a] = 0
     stack, stack_bound = np.empty((4 * (top + 2), 3), np.int64), np.empty(4 * (top + 2))
     for at in range(begin, order.shape[0]):
         if work <= 0:
@@ -120,10 +124,10 @@ def descend(buffer, starts, shapes, points, origin_x, origin_y, cells_per_m, gue
         a, j, i = node // (blocks * blocks), (node // blocks) % blocks, node % blocks
         if out[a, j, i] <= best[3]:
             break
+        mine, size = cells[a * n : (a + 1) * n], 1
         if not is_turned[a]:
-            _turn(points, origin_x, origin_y, cells_per_m, guess, (a - half_angles) * angle_step, cells[a])
-            is_turned[a] = True
-        mine, size = cells[a], 1
+            _turn(points, origin_x, origin_y, cells_per_m, guess, (a - half_angles) * angle_step, mine)
+            is_turned[a] = 1
         stack[0, 0], stack[0, 1], stack[0, 2], stack_bound[0] = top, i << top, j << top, out[a, j, i]
         while size > 0:  # depth first below the block, the most promising child first
             size -= 1
@@ -142,7 +146,7 @@ def descend(buffer, starts, shapes, points, origin_x, origin_y, cells_per_m, gue
                 cx, cy = x + (child & 1) * h, y + (child >> 1) * h
                 if cx > 2 * half_cells or cy > 2 * half_cells:
                     continue
-                work -= points.shape[0]
+                work -= n
                 value = _bound(buffer, starts, shapes, mine, k - 1, cx - half_cells, cy - half_cells,
                                a - half_angles, half_cells, costs)  # fmt: skip
                 if value > best[3]:
@@ -154,12 +158,12 @@ def descend(buffer, starts, shapes, points, origin_x, origin_y, cells_per_m, gue
 @kernel
 def _turn(points, origin_x, origin_y, cells_per_m, guess, turn, cells):
     """Fill cells (n, 2) with the raster's cells of points (n, 2), moved by guess (x, y, yaw), turned on."""
-    c, s = np.cos(guess[2] + turn), np.sin(guess[2] + turn)
+    c, s = math.cos(guess[2] + turn), math.sin(guess[2] + turn)
     for p in range(points.shape[0]):
         x = guess[0] + c * points[p, 0] - s * points[p, 1]
         y = guess[1] + s * points[p, 0] + c * points[p, 1]
-        cells[p, 0] = int(np.floor((x - origin_x) * cells_per_m))
-        cells[p, 1] = int(np.floor((y - origin_y) * cells_per_m))
+        cells[p, 0] = math.floor((x - origin_x) * cells_per_m)
+        cells[p, 1] = math.floor((y - origin_y) * cells_per_m)
 
 
 @kernel

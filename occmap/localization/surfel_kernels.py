@@ -9,6 +9,8 @@ vector towards the sensor. Flatness is 0 where there is no normal, -1 where ther
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from occmap.kernel import fast_kernel, kernel, part
@@ -29,8 +31,8 @@ def insert(index, surfels, size, points, facing, origin_x, origin_y, voxels_per_
     """
     ny, nx = index.shape
     for p in range(points.shape[0]):
-        ix = int(np.floor((points[p, 0] - origin_x) * voxels_per_m))
-        iy = int(np.floor((points[p, 1] - origin_y) * voxels_per_m))
+        ix = math.floor((points[p, 0] - origin_x) * voxels_per_m)
+        iy = math.floor((points[p, 1] - origin_y) * voxels_per_m)
         if ix < 2 or iy < 2 or ix >= nx - 2 or iy >= ny - 2:
             continue
         row = index[iy, ix]
@@ -45,8 +47,8 @@ def insert(index, surfels, size, points, facing, origin_x, origin_y, voxels_per_
         surfels[row, 6] += (facing[p, 0] - surfels[row, 6]) / surfels[row, 5]
         surfels[row, 7] += (facing[p, 1] - surfels[row, 7]) / surfels[row, 5]
     for p in range(points.shape[0]):
-        ix = int(np.floor((points[p, 0] - origin_x) * voxels_per_m))
-        iy = int(np.floor((points[p, 1] - origin_y) * voxels_per_m))
+        ix = math.floor((points[p, 0] - origin_x) * voxels_per_m)
+        iy = math.floor((points[p, 1] - origin_y) * voxels_per_m)
         if 2 <= ix < nx - 2 and 2 <= iy < ny - 2:
             _renew_normal(index, surfels, ix, iy)
     return size
@@ -56,8 +58,8 @@ def insert(index, surfels, size, points, facing, origin_x, origin_y, voxels_per_
 def renew_normals(index, surfels, size, origin_x, origin_y, voxels_per_m):
     """The normals of all surfels, from all that is known by now."""
     for row in range(size):
-        ix = int(np.floor((surfels[row, 0] - origin_x) * voxels_per_m))
-        iy = int(np.floor((surfels[row, 1] - origin_y) * voxels_per_m))
+        ix = math.floor((surfels[row, 0] - origin_x) * voxels_per_m)
+        iy = math.floor((surfels[row, 1] - origin_y) * voxels_per_m)
         _renew_normal(index, surfels, ix, iy)
 
 
@@ -83,7 +85,7 @@ def _renew_normal(index, surfels, ix, iy):
                 sxy += w * dx * dy
                 syy += w * dy * dy
     cxx, cxy, cyy = sxx / n - sx * sx / n / n, sxy / n - sx * sy / n / n, syy / n - sy * sy / n / n
-    middle, spread = 0.5 * (cxx + cyy), np.hypot(0.5 * (cxx - cyy), cxy)
+    middle, spread = 0.5 * (cxx + cyy), math.hypot(0.5 * (cxx - cyy), cxy)
     thin, long = max(middle - spread, 0.0), middle + spread
     if n < LEAST_SUPPORT:
         surfels[here, 4] = -1.0
@@ -91,8 +93,8 @@ def _renew_normal(index, surfels, ix, iy):
     if long < 0.0025:  # a blob of less than 5 cm has no direction
         surfels[here, 4] = 0.0
         return
-    angle = 0.5 * np.arctan2(2.0 * cxy, cxx - cyy) + 0.5 * np.pi
-    nx, ny = np.cos(angle), np.sin(angle)
+    angle = 0.5 * math.atan2(2.0 * cxy, cxx - cyy) + 0.5 * math.pi
+    nx, ny = math.cos(angle), math.sin(angle)
     if nx * vx + ny * vy < 0.0:
         nx, ny = -nx, -ny
     surfels[here, 2], surfels[here, 3] = nx, ny
@@ -107,15 +109,15 @@ def linearise(index, surfels, origin_x, origin_y, voxels_per_m, points, facing, 
     Point-to-line residuals where the surfel is flat, blended into point-to-point where it is not;
     Geman-McClure weights of the given scale (m) let go of what the map does not know. O(points * 9).
     """
-    c, s = np.cos(pose[2]), np.sin(pose[2])
+    c, s = math.cos(pose[2]), math.sin(pose[2])
     weight_sum = 0.0
-    blur = (voxels_per_m / 2.0) ** 2
+    blur = 0.25 * voxels_per_m * voxels_per_m
     for p in range(points.shape[0]):
         rx = c * points[p, 0] - s * points[p, 1]
         ry = s * points[p, 0] + c * points[p, 1]
         x, y = rx + pose[0], ry + pose[1]
-        ix = int(np.floor((x - origin_x) * voxels_per_m))
-        iy = int(np.floor((y - origin_y) * voxels_per_m))
+        ix = math.floor((x - origin_x) * voxels_per_m)
+        iy = math.floor((y - origin_y) * voxels_per_m)
         if ix < 0 or iy < 0 or ix >= index.shape[1] or iy >= index.shape[0]:
             continue
         fx = c * facing[p, 0] - s * facing[p, 1]
@@ -200,7 +202,7 @@ def refine(index, surfels, origin_x, origin_y, voxels_per_m, points, facing, sta
             )
             hessian[1, 0], hessian[2, 0], hessian[2, 1] = hessian[0, 1], hessian[0, 2], hessian[1, 2]
             offset[0], offset[1] = pose[0] - prior[0], pose[1] - prior[1]
-            offset[2] = np.pi - (np.pi - (pose[2] - prior[2])) % (2.0 * np.pi)
+            offset[2] = math.pi - (math.pi - (pose[2] - prior[2])) % (2.0 * math.pi)
             for i in range(3):  # loops: array expressions compile for longer than all the rest
                 gradient[i] *= per_point
                 for j in range(3):
@@ -210,7 +212,7 @@ def refine(index, surfels, origin_x, origin_y, voxels_per_m, points, facing, sta
             step = _solve3(pulled, gradient)
             for i in range(3):
                 pose[i] -= OVERSTEP * step[i]
-            if np.hypot(step[0], step[1]) < enough_m and abs(step[2]) < enough_rad:
+            if math.hypot(step[0], step[1]) < enough_m and abs(step[2]) < enough_rad:
                 break
     return pose, hessian, weight
 
@@ -239,6 +241,6 @@ def _solve3(a, b):
 def reindex(index, surfels, origin_x, origin_y, voxels_per_m):
     """Enter all surfels into an empty index."""
     for row in range(surfels.shape[0]):
-        ix = int(np.floor((surfels[row, 0] - origin_x) * voxels_per_m))
-        iy = int(np.floor((surfels[row, 1] - origin_y) * voxels_per_m))
+        ix = math.floor((surfels[row, 0] - origin_x) * voxels_per_m)
+        iy = math.floor((surfels[row, 1] - origin_y) * voxels_per_m)
         index[iy, ix] = row

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from occmap.kernel import kernel, part
@@ -20,15 +22,16 @@ def look(points, lidar_x, lidar_y, lidar_yaw, bearings, ranges, met, passed):
     """
     for p in range(points.shape[0]):
         dx, dy = points[p, 0] - lidar_x, points[p, 1] - lidar_y
-        distance = np.hypot(dx, dy)
-        turn = np.arctan2(dy, dx) - lidar_yaw - bearings[0]
-        turn -= 2.0 * np.pi * np.floor(turn / (2.0 * np.pi))
+        distance = math.hypot(dx, dy)
+        turn = math.atan2(dy, dx) - lidar_yaw - bearings[0]
+        turn -= 2.0 * math.pi * math.floor(turn / (2.0 * math.pi))
         after = _first_from(bearings, bearings[0] + turn)
         if after < 1 or after >= bearings.shape[0]:
             continue
         nearest, is_met = np.inf, False
         for b in range(max(after - 2, 0), min(after + 2, bearings.shape[0])):
-            nearest = min(nearest, ranges[b])
+            if ranges[b] < nearest:
+                nearest = ranges[b]
             if ranges[b] > 0.0 and abs(ranges[b] - distance) < MET_M:
                 is_met = True
         if is_met:
