@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
+from experiments.exit_status import MISTAKE
+
 if TYPE_CHECKING:
     from experiments.relations import RelationsScore
 
-MISTAKE = 2
-"""Exit status of a user's mistake."""
 
 PUBLISHED = {"intel": "0.0229 m, 0.453 deg", "fr079": "0.0452 m, 0.538 deg"}
 """Cartographer's mean absolute errors: Hess et al., "Real-time loop closure in 2D LIDAR SLAM", 2016."""

@@ -17,13 +17,14 @@ from pathlib import Path
 import tyro
 
 from experiments.comparison import Comparison, Tolerance, compare
+from experiments.exit_status import MISTAKE
 from experiments.pairing import Pairing, pair
 from experiments.sweeping.groups import short
 from experiments.sweeping.jobs import Row
 from experiments.sweeping.runs import Runs
 
-WORSE, MISTAKE = 1, 2
-"""Exit status if B is worse, and of a user's mistake."""
+WORSE = 1
+"""Exit status if B is."""
 FEW = 10
 """With fewer pairs a bootstrap is too sure of itself."""
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from experiments.command import Command, parse
+from experiments.exit_status import INTERRUPTED, MISTAKE
 from experiments.signals import StopRequest
 
 if TYPE_CHECKING:
@@ -20,9 +21,6 @@ if TYPE_CHECKING:
     from experiments.run import Run
     from experiments.run_folder import RunFolder
     from experiments.summary import Summary
-
-MISTAKE = 2
-"""Exit status of a user's mistake."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -66,7 +64,7 @@ def explore(experiment: Experiment, folder: RunFolder, command: Command, stop: S
     folder.write_results(finished, summary)
     say(report(summary, finished, folder))
     if finished.outcome is Outcome.INTERRUPTED and stop.signal is not None:
-        return 128 + stop.signal
+        return INTERRUPTED + stop.signal
     return finished.outcome.exit_status
 
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
+from experiments.exit_status import INTERRUPTED, MISTAKE
 from experiments.replay_localizers import ReplayLocalizer, make_localizer
 from experiments.replay_states import StateOptions, make_from_state
 from experiments.replaying import ReplayConfig, Replayed, ReplayRecorder, replay
@@ -22,9 +23,6 @@ if TYPE_CHECKING:
     from experiments.logs.log import RecordedLog
     from experiments.relations import Relations
     from experiments.run_folder import RunFolder
-
-MISTAKE, INTERRUPTED = 2, 128
-"""Exit statuses: of a user's mistake, and what a signal's number is added to."""
 
 
 @dataclass(frozen=True)

@@ -15,8 +15,7 @@ from pathlib import Path
 
 import tyro
 
-MISTAKE = 2
-"""Exit status of a user's mistake."""
+from experiments.exit_status import MISTAKE
 
 
 @dataclass(frozen=True)

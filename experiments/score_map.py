@@ -14,11 +14,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
+from experiments.exit_status import MISTAKE
+
 if TYPE_CHECKING:
     from experiments.map_agreement import MapAgreement
-
-MISTAKE = 2
-"""Exit status of a user's mistake."""
 
 
 @dataclass(frozen=True)

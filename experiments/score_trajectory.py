@@ -14,13 +14,12 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import tyro
 
+from experiments.exit_status import MISTAKE
+
 if TYPE_CHECKING:
     from experiments.error_statistics import Statistics
     from experiments.relations import RelationsScore
     from experiments.tum_file import Trajectory
-
-MISTAKE = 2
-"""Exit status of a user's mistake."""
 
 
 @dataclass(frozen=True)

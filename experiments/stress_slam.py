@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
+from experiments.exit_status import MISTAKE
+
 if TYPE_CHECKING:
     from experiments.logs.log import RecordedLog
     from occmap.geometry import Pose2
     from occmap.localization.slam import SlamLocalizer
 
-MISTAKE = 2
-"""Exit status of a user's mistake."""
 
 WRONG_M, WRONG_RAD = 0.5, 0.1
 """A loop farther off than this joins what does not belong together."""

@@ -21,6 +21,7 @@ import tyro
 
 from experiments import config_file
 from experiments.command import file_named
+from experiments.exit_status import INTERRUPTED, MISTAKE
 from experiments.signals import StopRequest
 from experiments.sweeping.matrix import Matrix
 from experiments.sweeping.recordings import Keep, record, recording_jobs, to_record
@@ -29,9 +30,6 @@ if TYPE_CHECKING:
     from experiments.sweeping.jobs import Job
     from experiments.sweeping.pool import Work
     from experiments.sweeping.store import Store
-
-MISTAKE = 2
-"""Exit status of a user's mistake."""
 
 
 @dataclass(frozen=True)
@@ -164,7 +162,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print((store.folder / TABLE).read_text(), end="")
         say(f"results in {store.folder}")
         if stop.signal is not None:
-            return 128 + stop.signal
+            return INTERRUPTED + stop.signal
         return 0 if all(is_good(row) for row in store.rows()) else 1
 
 

@@ -1,0 +1,6 @@
+"""What commands exit with; what else they have to say is theirs."""
+
+MISTAKE = 2
+"""A user's mistake, named on standard error."""
+INTERRUPTED = 128
+"""What a signal's number is added to."""
