@@ -218,26 +218,6 @@ class PoseGraph:
         hopeless = self._damping > self.config.max_damping or predicted <= 1e-3 * tolerance * cost
         return Iteration(cost, cost, accepted=False, converged=hopeless and not is_lenient)
 
-    def relative_covariance(self, i: int, j: int) -> Floats:
-        """(3, 3) covariance of i_from_j, (x, y, yaw) in j's frame, as the graph knows it now.
-
-        One factorisation and three solves. Between nodes that no edges join it is huge, not infinite.
-        """
-        from occmap.localization import pose_graph_kernels as kernels
-
-        self._linearise()
-        equations = self._system()
-        equations.factorise(1e-12)
-        by_i, by_j = np.empty((3, 3)), np.empty((3, 3))
-        i_from_j = self.pose(i).inverse() @ self.pose(j)
-        measured = np.array((i_from_j.x_m, i_from_j.y_m, i_from_j.yaw_rad))
-        kernels.edge_jacobians(self.poses[i], self.poses[j], measured, by_i, by_j)
-        jacobian = np.zeros((3, equations.gradient.size))
-        for node, block in ((i, by_i), (j, by_j)):
-            if self._slot[node] >= 0:
-                jacobian[:, 3 * self._slot[node] : 3 * self._slot[node] + 3] += block
-        return jacobian @ np.column_stack([equations.solve(row) for row in jacobian])
-
     def _scale_for_now(self) -> Floats:
         return np.where(self._is_graduated.rows, self._ease, 1.0) * self._scale.rows
 

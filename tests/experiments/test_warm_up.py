@@ -15,7 +15,6 @@ from tests.experiments.loaded_kernels import kernels
 
 NOT_NEEDED = {
     "occmap.mapper_kernels.integrate_cones",  # an option: beams that are cones
-    "occmap.localization.pose_graph_kernels.edge_jacobians",  # for a covariance that no run asks for
     "occmap.localization.surfel_kernels.linearise",  # called by a kernel; its namesake is not
 }
 
