@@ -38,7 +38,7 @@ class Compare:
     """
 
     a: tyro.conf.Positional[Path]
-    """A sweep's folder, or a results.jsonl: what was."""
+    """A sweep's folder, in however many parts it was run, or a results.jsonl: what was."""
     b: tyro.conf.Positional[Path]
     """Another: what is."""
     where_a: tuple[str, ...] = ()
@@ -144,8 +144,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Parse, pair, compare, print. Returns the exit status."""
     asked = tyro.cli(Compare, prog="python -m experiments.compare", args=arguments)
     try:
-        a = selected(Runs([asked.a]), asked.where_a)
-        b = selected(Runs([asked.b]), asked.where_b)
+        a = selected(Runs([asked.a], all_parts=True), asked.where_a)
+        b = selected(Runs([asked.b], all_parts=True), asked.where_b)
         pairing = pair(a, b)
         if not pairing.pairs:
             raise ValueError(nothing_pairs(pairing))

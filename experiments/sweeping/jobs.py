@@ -114,6 +114,23 @@ def crashed(job: Job, error: str) -> Result:
     return Result(job.identity() | {"status": CRASHED, "error": error})
 
 
+def experiment_of(row: Row) -> str:
+    """What a run has in common with all of its sweep, in however many parts that was run: code and config,
+    but for seed, building and all options that tell its runs apart."""
+    apart = tuple(f"{option}." for option in ("seed", "building", "plan", *row.get("options", {})))
+    same = [leaf for leaf in leaves(row.get("config", {})) if not f"{leaf[0]}.".startswith(apart)]
+    return json.dumps([row.get("code"), sorted(same)])
+
+
+def leaves(plain: Row, within: str = "") -> Iterator[tuple[str, Any]]:
+    """(dotted name, value) of every single value of a plain config."""
+    for name, value in plain.items():
+        if isinstance(value, dict):
+            yield from leaves(value, f"{within}{name}.")
+        else:
+            yield within + name, value
+
+
 def changed(plain: Row, default: Row) -> Row:
     """What of a config differs from another, nested alike: `config_file.from_plain` makes it whole again."""
     found = {}

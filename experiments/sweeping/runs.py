@@ -16,21 +16,29 @@ class Runs:
     like any other.
     """
 
-    def __init__(self, folders: Sequence[Path]) -> None:
-        """folders: as sweeps leave them, or single results.jsonl files. ValueError if one is neither."""
+    def __init__(self, folders: Sequence[Path], all_parts: bool = False) -> None:
+        """folders: as sweeps leave them, or single results.jsonl files. ValueError if one is neither.
+
+        all_parts: not only what the last sweep into a folder asked for, see Store.rows_of_all_parts.
+        """
         for folder in folders:
             if not (folder.is_file() or (folder / RESULTS).is_file() or (folder / ASKED).is_file()):
                 raise ValueError(f"{folder} is no folder of a sweep: it has no {RESULTS}")
         self.folders = tuple(folders)
+        self.all_parts = all_parts
         self.labels = labels(folders)
 
     def __iter__(self) -> Iterator[Row]:
         for folder, label in zip(self.folders, self.labels, strict=True):
-            rows = read_lines(folder) if folder.is_file() else Store(folder).rows()
-            for row in rows:
+            for row in self._rows(folder):
                 if label:
                     row["options"] = {"folder": label} | row.get("options", {})
                 yield row
+
+    def _rows(self, folder: Path) -> Iterator[Row]:
+        if folder.is_file():
+            return read_lines(folder)
+        return Store(folder).rows_of_all_parts() if self.all_parts else Store(folder).rows()
 
     def folder_of(self, row: Row) -> Path:
         """The folder that a run lies in."""

@@ -18,7 +18,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
-from experiments.sweeping.jobs import CRASHED, Result, Row
+from experiments.sweeping.jobs import CRASHED, Result, Row, experiment_of
 
 RESULTS, TABLE, SHEET, ASKED, RUNS, RECORDINGS = (
     "results.jsonl",
@@ -90,11 +90,24 @@ class Store:
                 yield row | self._more(row["key"])
             return
         code = json.loads((self.folder / ASKED).read_text())["code"]
-        for shelf in sorted((self.folder / RUNS).iterdir()):
-            for key in sorted({file.stem for file in shelf.iterdir() if file.suffix in (".json", ".failed")}):
-                row = self.read(key)
-                if row is not None and row["code"] == code:
-                    yield row
+        yield from (row for row in map(self.read, self._keys()) if row is not None and row["code"] == code)
+
+    def rows_of_all_parts(self) -> Iterator[Row]:
+        """The results of the last sweep, and then those of earlier ones of the same code and experiment, but
+        for other seeds, buildings or options that it told its runs apart by."""
+        seen, experiments = set(), set()
+        for row in self.rows():
+            seen.add(row["key"])
+            experiments.add(experiment_of(row))
+            yield row
+        for row in map(self.read, self._keys()):
+            if row is not None and row["key"] not in seen and experiment_of(row) in experiments:
+                yield row
+
+    def _keys(self) -> Iterator[str]:
+        """Of all runs, sorted."""
+        for shelf in sorted((self.folder / RUNS).glob("*")):
+            yield from sorted({file.stem for file in shelf.iterdir() if file.suffix in (".json", ".failed")})
 
     def ask(self, asked: dict[str, Any]) -> None:
         """Begin a sweep: note what is asked for. What was gathered from the last one no longer holds."""

@@ -56,6 +56,31 @@ def test_strategies_of_one_sweep_compare(tmp_path, capsys):
     assert "left out: 8 runs that only A has, 8 that only B has" in capsys.readouterr().out
 
 
+def test_a_sweep_that_was_run_in_parts_counts_whole(tmp_path, capsys):
+    swept(tmp_path / "b", axes=AXES)
+    for seeds in ((0, 3), (3, 8)):
+        swept(tmp_path / "a", axes=replace(AXES, seeds=seeds))
+    assert main([str(tmp_path / "a"), str(tmp_path / "b")]) == 0
+    said = capsys.readouterr().out
+    assert "all       16" in said
+    assert "left out" not in said
+
+
+def test_parts_may_be_strategies(tmp_path, capsys):
+    for strategy in ("nearest", "utility"):
+        folder = swept(tmp_path, axes=replace(AXES, strategies=(strategy,)))
+    assert main([folder, folder, "--where-a", "strategy=nearest", "--where-b", "strategy=utility"]) == 0
+    assert "all       16" in capsys.readouterr().out
+
+
+def test_another_experiment_in_the_folder_is_no_part(tmp_path, capsys):
+    short = replace(AXES, experiment=replace(AXES.experiment, time_limit_s=5.0))
+    swept(tmp_path / "a", longer, short)
+    swept(tmp_path / "a")
+    assert main([str(tmp_path / "a"), swept(tmp_path / "b")]) == 0
+    assert "1.000 [1.000, 1.000]" in capsys.readouterr().out
+
+
 @pytest.mark.parametrize(
     ("options", "complaint"),
     [
