@@ -61,7 +61,7 @@ class GoalSearch:
         self.looks = looks
         self.looked_at = LookedAt()
         self._views = Views(chooser, looks, self.looked_at)
-        self._nooks = Nooks(chooser, looks, boundary)
+        self._nooks = Nooks(chooser, looks, self.looked_at, boundary)
         self._leftovers: Leftovers | None = None
         self._hopeless = Hopeless()
         self._tour = Tour(chooser.config.tour) if chooser.config.strategy == "tour" else None

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 
 import numpy as np
 
 from occmap.boundary import Boundary
 from occmap.frontiers import Frontier, FrontierConfig, FrontierMap
+from occmap.goal_config import SPECK_M
 from occmap.goals import Goal, GoalChooser
 from occmap.grid import OccupancyGrid
 from occmap.living_map import bands_around
+from occmap.looked_at import LookedAt
 from occmap.memory import FailedLooks
 from occmap.slices import Sliced
 from occmap.views import FAR_CELLS
@@ -23,9 +26,12 @@ BESIDE_M = 0.5
 class Nooks:
     """Finds them, and where to look into them from; not those that were looked into in vain."""
 
-    def __init__(self, chooser: GoalChooser, looks: FailedLooks, boundary: Boundary | None) -> None:
+    def __init__(
+        self, chooser: GoalChooser, looks: FailedLooks, looked_at: LookedAt, boundary: Boundary | None
+    ) -> None:
         self._chooser = chooser
         self._looks = looks
+        self._looked_at = looked_at
         self._boundary = boundary
 
     def edges(self, grid: OccupancyGrid) -> Sliced[list[Frontier]]:
@@ -52,15 +58,28 @@ class Nooks:
     def goals(
         self, edges: Iterable[Frontier], grid: OccupancyGrid, wave: Wavefront, max_range_m: float
     ) -> Sliced[list[Goal]]:
-        """A look into each of those edges that is a nook, from within half the lidar's range."""
+        """A look into each of those edges that is a nook, from within half the lidar's range, or a gap."""
         found: list[Goal] = []
         for edge in edges:
             if not self._looks.at(edge, grid):
                 goal = self._chooser.goal_into_nook(edge, grid, wave, 0.5 * max_range_m)
+                goal = goal or self._goal_into_gap(edge, grid, wave)
                 if goal is not None:
                     found.append(goal)
                 yield FAR_CELLS // 2
         return found
+
+    def _goal_into_gap(self, edge: Frontier, grid: OccupancyGrid, wave: Wavefront) -> Goal | None:
+        """One look, from near, into an edge as wide as the robot, though beams have been in there.
+
+        Clutter that shows through a gap breaks it up into specks of frontier, and a room may be behind it.
+        """
+        config, width_m = self._chooser.config, edge.size * grid.frame.resolution_m
+        if width_m < SPECK_M or self._looked_at.times(edge, grid, is_nook=True):
+            return None
+        from_m, into_m = config.look_from_m[0], config.look_into_m[0]
+        goal = self._chooser.goal_for(edge, grid, wave, from_m, into_m, stride=1, share=0.0)
+        return None if goal is None else replace(goal, is_nook=True, gain_m2=width_m * into_m)
 
 
 def _is_beside(edge: Frontier, grid: OccupancyGrid, wave: Wavefront) -> bool:

@@ -9,6 +9,7 @@ import pytest
 from occmap.decision import Reason
 from occmap.goal_config import GoalConfig
 from occmap.goal_search import GoalSearch
+from occmap.grid import Belief
 from occmap.memory import FailedLooks
 from occmap.slices import finish
 from tests.occmap.goal_scenes import Scene
@@ -222,6 +223,23 @@ def test_when_nothing_else_is_left_nooks_are_looked_into_once():
     assert best.is_nook
     scene.fail(best)
     assert scene.run().best is None
+
+
+@pytest.mark.parametrize(("gap_cells", "is_looked_into"), [(8, True), (5, False)])
+def test_a_gap_as_wide_as_the_robot_is_looked_into_once_though_beams_have_been_there(
+    gap_cells, is_looked_into
+):
+    upper = ["#" * 7 + "?" * gap_cells + "#" * (15 - gap_cells)] * 12
+    picture = "\n".join(["#" * 22, *upper, *["#" + "." * 20 + "#"] * 20, "#" * 22])
+    scene = Searching(picture, (10, 10), resolution_m=0.05, body=None)
+    scene.grid.log_odds[scene.grid.state == Belief.UNKNOWN] = -0.4  # a beam went in: this is no slit
+    scene.frontiers = []  # clutter in the gap left nothing but rims
+    best = scene.run().best
+    assert (best is not None) == is_looked_into
+    if best is not None:
+        assert best.is_nook
+        scene.search.looked_at.note(best, scene.grid)
+        assert scene.run().best is None
 
 
 def corridor_with_far_recess():
