@@ -11,21 +11,38 @@ from occmap.kernel import kernel, part
 
 UNKNOWN = np.uint8(Belief.UNKNOWN)
 OCCUPIED = np.uint8(Belief.OCCUPIED)
+SPECK_CELLS = 1
+"""So much of the unknown may a look leave behind again. More in a row is a wall that beams only graze: a look
+through it shows nothing."""
 
 
 @kernel
 def sees(state, x0, y0, x1, y1, most_unknown):
     """True if the line between two cells (Bresenham) meets nothing occupied and little unknown. O(distance).
 
-    A line along the edge of a shadow runs through the unknown for long: it is no look into it. Nor
-    does a look go between two occupied cells that touch at a corner.
+    Nor does a look go between two occupied cells that touch at a corner.
     """
+    return is_clear(state, x0, y0, x1, y1, most_unknown, most_unknown)
+
+
+@kernel
+def sees_into(state, x0, y0, x1, y1, depth):
+    """True if a look from a cell goes so many cells deep into the unknown, and through none before.
+
+    A line along the edge of a shadow runs through the unknown for long: it is no look into it. O(distance).
+    """
+    return is_clear(state, x0, y0, x1, y1, depth + depth // 4 + 1, SPECK_CELLS)
+
+
+@part
+def is_clear(state, x0, y0, x1, y1, most_unknown, most_left_behind):
+    """Whether a line meets nothing occupied, little unknown, and no more in a row that it leaves behind."""
     dx, dy = abs(x1 - x0), abs(y1 - y0)
     sx = 1 if x0 < x1 else -1
     sy = 1 if y0 < y1 else -1
     error = dx - dy
     x, y = x0, y0
-    unknown = 0
+    unknown, in_a_row = 0, 0
     while x != x1 or y != y1:
         doubled = 2 * error
         was_x, was_y = x, y
@@ -43,8 +60,13 @@ def sees(state, x0, y0, x1, y1, most_unknown):
             return False
         if here == UNKNOWN:
             unknown += 1
+            in_a_row += 1
             if unknown > most_unknown:
                 return False
+        elif in_a_row > most_left_behind:
+            return False
+        else:
+            in_a_row = 0
     return True
 
 
@@ -137,7 +159,7 @@ def find_viewpoint(state, cost, exact_below, targets, needed, reach_cells, strid
                         break
                     tx, ty, depth = targets[k, 0], targets[k, 1], targets[k, 2]
                     near = (tx - x) * (tx - x) + (ty - y) * (ty - y) <= reach_squared
-                    if near and sees(state, x, y, tx, ty, depth + depth // 4 + 1):
+                    if near and sees_into(state, x, y, tx, ty, depth):
                         seen += 1
                         if seen >= needed:
                             best, best_x, best_y = cost[y, x], x, y

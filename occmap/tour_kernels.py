@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from occmap.goals_kernels import sees
+from occmap.goals_kernels import sees, sees_into
 from occmap.grid import Belief
 from occmap.kernel import kernel, part
 
@@ -102,7 +102,7 @@ def watchers(state, clearance_m, side, cost_m, targets, ends, reach, share):
                         break
                     tx, ty, depth = mine[j, 0], mine[j, 1], mine[j, 2]
                     near = (tx - x) * (tx - x) + (ty - y) * (ty - y) <= reach[k] * reach[k]
-                    seen += near and sees(state, x, y, tx, ty, depth + depth // 4 + 1)
+                    seen += near and sees_into(state, x, y, tx, ty, depth)
                 if seen >= needed:
                     if n == pairs.shape[0]:
                         fewer, pairs = pairs, np.empty((2 * n, 2), np.int64)

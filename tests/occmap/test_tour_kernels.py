@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from occmap import tour_kernels as kernels
-from occmap.goals_kernels import sees
+from occmap.goals_kernels import sees, sees_into
 from occmap.grid import Belief
 
 
@@ -74,7 +74,7 @@ def test_the_blocks_that_see_into_a_frontier_equal_their_twin(seed):
             y, x = np.unravel_index(np.argmax(room), room.shape) if room.max() >= 0.0 else (0, 0)
             x, y = bx * side + int(x), by * side + int(y)
             near = mine[np.hypot(*(mine[:, :2] - (x, y)).T) <= reach[k]]
-            seen = sum(sees(state, x, y, tx, ty, 2) for tx, ty, _ in near)
+            seen = sum(sees_into(state, x, y, tx, ty, 1) for tx, ty, _ in near)
             if seen >= max(1, np.ceil(share * len(mine))):
                 twin.append((by * cost_m.shape[1] + bx, k))
     assert twin
