@@ -72,17 +72,17 @@ def beam_ends(bearings, ranges, min_range, max_range, usable_range, company, x, 
 def count_hits(points, hit, ix0, iy0, hits, solid):
     """Count where beams ended: points (1 + n, 2) in window cells as above, which of the n are hits. O(n).
 
-    Returns the flat indices of the cells in which the `solid`-th beam ended.
+    Returns the flat indices of the cells in which the first or the `solid`-th beam ended.
     """
     nx = hits.shape[1]
-    now_solid = np.empty(hit.shape[0], np.int32)
+    now_struck = np.empty(hit.shape[0], np.int32)
     n = 0
     for k in range(hit.shape[0]):
         ix, iy = math.floor(points[k + 1, 0]) + ix0, math.floor(points[k + 1, 1]) + iy0
         if not hit[k] or hits[iy, ix] == 255:
             continue
         hits[iy, ix] += np.uint8(1)
-        if hits[iy, ix] == solid:
-            now_solid[n] = iy * nx + ix
+        if hits[iy, ix] == 1 or hits[iy, ix] == solid:
+            now_struck[n] = iy * nx + ix
             n += 1
-    return now_solid[:n].copy()
+    return now_struck[:n].copy()

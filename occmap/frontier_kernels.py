@@ -21,33 +21,64 @@ FLOODED, ECHOED, ONE_HALF, OTHER_HALF, DONE = np.uint8(2), np.uint8(3), np.uint8
 
 
 @part
+def is_struck(hits, iy, ix):
+    """Whether beams have told of a surface here, whatever grazes it: many ended here, or some in several cells.
+
+    A stray return has no neighbours; SOLID_HITS of them in one cell are no strays.
+    """
+    if hits[iy, ix] == 0 or hits[iy, ix] >= SOLID_HITS:
+        return hits[iy, ix] > 0
+    ny, nx = hits.shape
+    others = -1
+    for y in range(max(iy - 1, 0), min(iy + 2, ny)):
+        for x in range(max(ix - 1, 0), min(ix + 2, nx)):
+            others += hits[y, x] > 0
+    return others >= 2
+
+
+@part
 def beside_surface(state, hits, iy, ix):
-    """Whether a cell has an 8-neighbour that is occupied or solid."""
+    """Whether a cell has an 8-neighbour that is occupied or struck."""
     ny, nx = state.shape
     for y in range(max(iy - 1, 0), min(iy + 2, ny)):
         for x in range(max(ix - 1, 0), min(ix + 2, nx)):
-            if state[y, x] == OCCUPIED or hits[y, x] >= SOLID_HITS:
+            if state[y, x] == OCCUPIED or is_struck(hits, y, x):
                 return True
     return False
+
+
+@part
+def is_between_beams(state, iy, ix):
+    """Whether an unknown cell is a speck or in a line one cell wide, such as beams leave out between them:
+    at most two of its 8-neighbours are unknown. The outside of the array is unknown.
+    """
+    ny, nx = state.shape
+    unknown = 0
+    for y in range(iy - 1, iy + 2):
+        for x in range(ix - 1, ix + 2):
+            is_known = 0 <= y < ny and 0 <= x < nx and state[y, x] != UNKNOWN
+            unknown += not is_known
+    return unknown <= 3  # the cell itself is one
 
 
 @kernel
 def is_frontier(state, hits, iy, ix, ignore_rim):
     """A free cell with an unknown 4-neighbour; the outside of the array is unknown (Yamauchi 1997).
 
-    Cells that are solid count as neither, whatever the belief of the moment. With ignore_rim, nor do
-    unknown cells beside an occupied or solid one.
+    Cells that beams have struck count as neither, whatever the belief of the moment. With ignore_rim, nor
+    do unknown cells beside an occupied or struck one, nor those that beams merely left out between them.
     """
-    if state[iy, ix] != FREE or hits[iy, ix] >= SOLID_HITS:
+    if state[iy, ix] != FREE:
         return False
     ny, nx = state.shape
     for dy, dx in ((-1, 0), (0, -1), (0, 1), (1, 0)):
         y, x = iy + dy, ix + dx
         inside = 0 <= y < ny and 0 <= x < nx
-        if inside and (state[y, x] != UNKNOWN or hits[y, x] >= SOLID_HITS):
+        if inside and (state[y, x] != UNKNOWN or is_struck(hits, y, x)):
             continue
-        if not (ignore_rim and beside_surface(state, hits, y, x)):
-            return True
+        is_rim = ignore_rim and (is_between_beams(state, y, x) or beside_surface(state, hits, y, x))
+        if not is_rim:
+            return not is_struck(hits, iy, ix)
     return False
 
 

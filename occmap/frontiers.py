@@ -60,8 +60,8 @@ class FrontierMap:
         """Take in what the last scan changed."""
         if change.grew or self.mask.shape != grid.shape:
             self.rebuild(grid)
-        elif len(change.flat_cells) or len(change.now_solid):
-            changed = np.concatenate((change.flat_cells, change.now_solid))
+        elif len(change.flat_cells) or len(change.now_struck):
+            changed = np.concatenate((change.flat_cells, _around(change.now_struck, grid.shape)))
             ignore_rim = self.config.ignore_rim
             self._stirred.append(
                 self._kernels.update_mask(changed, grid.state, grid.hits, self.mask, ignore_rim)
@@ -114,6 +114,13 @@ class FrontierMap:
             start = end
         firsts = cells[np.concatenate(((0,), ends))[:-1]]
         self._firsts = np.concatenate((self._firsts, firsts[:, 1] * self.mask.shape[1] + firsts[:, 0]))
+
+
+def _around(flat_cells: NDArray[np.int32], shape: tuple[int, int]) -> NDArray[np.int32]:
+    """Flat indices of cells and of their 8 neighbours: of an outermost one, those in the next row, too."""
+    steps = np.arange(-1, 2, dtype=np.int32)
+    cells = (flat_cells[:, None] + (shape[1] * steps[:, None] + steps).ravel()).ravel()
+    return cells[(cells >= 0) & (cells < shape[0] * shape[1])]
 
 
 def edge_cells(state: NDArray[np.uint8], rows: slice) -> NDArray[np.int32]:

@@ -85,3 +85,9 @@ class GoalConfig:
         """The same for edges along walls."""
         cells = 2.0 if resolution_m < COARSE_M else 3.0  # walls askew cut the corners of coarse cells
         return max(self.min_nook_m, min(cells * resolution_m, SPECK_M))
+
+    def least_far_nook_m2(self, resolution_m: float) -> float:
+        """What a nook far off must promise: a mouth counted in cells that the body might fit through, a metre
+        deep. Anything, if worth_nook_m2 is 0.
+        """
+        return max(self.worth_nook_m2, SPECK_M + resolution_m) if self.worth_nook_m2 else 0.0

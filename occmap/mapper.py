@@ -30,8 +30,8 @@ class GridChange:
     flat_cells: NDArray[np.int32]  # (n,) indices into grid.state.ravel()
     was: NDArray[np.uint8]  # (n,) the state each had before
     state: NDArray[np.uint8]  # (ny, nx) the grid's state array, alive
-    now_solid: NDArray[np.int32] = field(default_factory=lambda: np.empty(0, np.int32))
-    """(m,) flat indices of the cells in which the SOLID_HITS-th beam ended."""
+    now_struck: NDArray[np.int32] = field(default_factory=lambda: np.empty(0, np.int32))
+    """(m,) flat indices of the cells in which the first or the SOLID_HITS-th beam ended."""
 
     @property
     def learnt_cells(self) -> int:
@@ -69,9 +69,9 @@ class Mapper:
         patch = self._kernels.Patch(ix0, iy0, rows=iy1 - iy0 + 1, stride=ix1 - ix0 + 1)
         self._make_room(patch.rows * patch.stride)
         in_window = grid.frame.in_cells(points) - (ix0, iy0)
-        now_solid = self._beam_kernels.count_hits(in_window, hit, ix0, iy0, grid.hits, SOLID_HITS)
+        now_struck = self._beam_kernels.count_hits(in_window, hit, ix0, iy0, grid.hits, SOLID_HITS)
         n = self._integrate(patch, grid, in_window, hit)
-        return GridChange(grew, self._flips[:n].copy(), self._was[:n].copy(), grid.state, now_solid)
+        return GridChange(grew, self._flips[:n].copy(), self._was[:n].copy(), grid.state, now_struck)
 
     def _integrate(self, patch: Any, grid: OccupancyGrid, in_window: Points, hit: NDArray[np.bool_]) -> int:
         """Votes into belief, in one kernel call; returns how many changes are listed in _flips and _was."""

@@ -149,7 +149,8 @@ class Views:
             return True
         looks = self._looked_at.times(goal.frontier, grid, is_nook=goal.is_nook)
         if goal.is_nook:
-            return not looks and goal.gain_m2 >= self._demanded(c.worth_nook_m2)
+            least_m2 = c.least_far_nook_m2(grid.frame.resolution_m)
+            return not looks and goal.gain_m2 >= self._demanded(least_m2)
         size_m = goal.frontier.size * grid.frame.resolution_m
         if looks > 1 or (looks and size_m < SPECK_M):
             return False

@@ -156,7 +156,7 @@ def test_a_door_that_opens_late_is_noticed():
     flat = exploring(FLAT.replace("######...########...#####", "######DDD########...#####"))
     open_boxes = flat.world.boxes
     flat.close_doors()
-    flat.run(8.0)
+    flat.run(5.0)
     assert flat.explored() < 0.8
     flat.world.boxes = open_boxes
     assert flat.run(240.0).status is Status.COMPLETE

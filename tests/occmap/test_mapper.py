@@ -295,8 +295,8 @@ def test_hits_are_counted_where_beams_end():
     ix, iy = grid.frame.cell_at(1.03, 0.0)
     assert grid.hits[iy, ix] == 6
     assert np.count_nonzero(grid.hits) == 1
-    crossed = [change.now_solid.tolist() for change in changes]
-    assert crossed == [[], [iy * grid.shape[1] + ix], []]
+    told = [change.now_struck.tolist() for change in changes]
+    assert told == [[iy * grid.shape[1] + ix], [iy * grid.shape[1] + ix], []]  # of the first and the fourth
     before = grid.hits.sum()
     grid.grow_to_contain((-20.0, -20.0), (0.0, 0.0))
     assert grid.hits.shape == grid.shape
