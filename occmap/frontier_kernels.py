@@ -22,7 +22,7 @@ FLOODED, ECHOED, ONE_HALF, OTHER_HALF, DONE = np.uint8(2), np.uint8(3), np.uint8
 
 @part
 def is_struck(hits, iy, ix):
-    """Whether beams have told of a surface here, whatever grazes it: many ended here, or some in several cells.
+    """Whether beams have told of a surface here, whatever grazes it: many ended here, or beside it, too.
 
     A stray return has no neighbours; SOLID_HITS of them in one cell are no strays.
     """
