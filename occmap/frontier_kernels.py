@@ -65,8 +65,9 @@ def is_between_beams(state, iy, ix):
 def is_frontier(state, hits, iy, ix, ignore_rim):
     """A free cell with an unknown 4-neighbour; the outside of the array is unknown (Yamauchi 1997).
 
-    Cells that beams have struck count as neither, whatever the belief of the moment. With ignore_rim, nor
-    do unknown cells beside an occupied or struck one, nor those that beams merely left out between them.
+    Cells with SOLID_HITS count as neither, whatever the belief of the moment. With ignore_rim, nor do cells
+    that beams have struck at all, unknown ones beside an occupied or struck one, and those that beams merely
+    left out between them.
     """
     if state[iy, ix] != FREE:
         return False
@@ -74,10 +75,11 @@ def is_frontier(state, hits, iy, ix, ignore_rim):
     for dy, dx in ((-1, 0), (0, -1), (0, 1), (1, 0)):
         y, x = iy + dy, ix + dx
         inside = 0 <= y < ny and 0 <= x < nx
-        if inside and (state[y, x] != UNKNOWN or is_struck(hits, y, x)):
+        if inside and (state[y, x] != UNKNOWN or hits[y, x] >= SOLID_HITS):
             continue
-        is_rim = ignore_rim and (is_between_beams(state, y, x) or beside_surface(state, hits, y, x))
-        if not is_rim:
+        if not ignore_rim:
+            return hits[iy, ix] < SOLID_HITS
+        if not (is_between_beams(state, y, x) or beside_surface(state, hits, y, x)):
             return not is_struck(hits, iy, ix)
     return False
 

@@ -20,7 +20,7 @@ def frontier_twin(grid: OccupancyGrid, ignore_rim: bool) -> np.ndarray:
     padded = np.pad(grid.state, 2, constant_values=Belief.UNKNOWN)
     square, hits = np.ones((3, 3), int), np.pad(grid.hits, 2)
     in_a_row = (hits > 0) & (ndimage.convolve((hits > 0).astype(int), square, mode="constant") >= 3)
-    struck = in_a_row | (hits >= SOLID_HITS)
+    struck = (hits >= SOLID_HITS) | (in_a_row & ignore_rim)
     unknown = (padded == Belief.UNKNOWN) & ~struck
     if ignore_rim:
         unknown &= ~ndimage.binary_dilation((padded == Belief.OCCUPIED) | struck, square)
