@@ -21,13 +21,15 @@ FLOODED, ECHOED, ONE_HALF, OTHER_HALF, DONE = np.uint8(2), np.uint8(3), np.uint8
 
 
 @part
-def is_struck(hits, iy, ix):
+def is_struck(hits, iy, ix, ignore_struck):
     """Whether beams have told of a surface here, whatever grazes it: many ended here, or beside it, too.
 
-    A stray return has no neighbours; SOLID_HITS of them in one cell are no strays.
+    A stray return has no neighbours; SOLID_HITS of them in one cell are no strays, and count in any case.
     """
-    if hits[iy, ix] == 0 or hits[iy, ix] >= SOLID_HITS:
-        return hits[iy, ix] > 0
+    if hits[iy, ix] >= SOLID_HITS:
+        return True
+    if hits[iy, ix] == 0 or not ignore_struck:
+        return False
     ny, nx = hits.shape
     others = -1
     for y in range(max(iy - 1, 0), min(iy + 2, ny)):
@@ -37,12 +39,12 @@ def is_struck(hits, iy, ix):
 
 
 @part
-def beside_surface(state, hits, iy, ix):
+def beside_surface(state, hits, iy, ix, ignore_struck):
     """Whether a cell has an 8-neighbour that is occupied or struck."""
     ny, nx = state.shape
     for y in range(max(iy - 1, 0), min(iy + 2, ny)):
         for x in range(max(ix - 1, 0), min(ix + 2, nx)):
-            if state[y, x] == OCCUPIED or is_struck(hits, y, x):
+            if state[y, x] == OCCUPIED or is_struck(hits, y, x, ignore_struck):
                 return True
     return False
 
@@ -62,12 +64,12 @@ def is_between_beams(state, iy, ix):
 
 
 @kernel
-def is_frontier(state, hits, iy, ix, ignore_rim):
+def is_frontier(state, hits, iy, ix, ignore_rim, ignore_struck):
     """A free cell with an unknown 4-neighbour; the outside of the array is unknown (Yamauchi 1997).
 
-    Cells with SOLID_HITS count as neither, whatever the belief of the moment. With ignore_rim, nor do cells
-    that beams have struck at all, unknown ones beside an occupied or struck one, and those that beams merely
-    left out between them.
+    Cells that beams have struck count as neither, whatever the belief of the moment: those with SOLID_HITS,
+    or, with ignore_struck, with any. With ignore_rim, nor do unknown cells beside an occupied or struck
+    one, and those that beams merely left out between them.
     """
     if state[iy, ix] != FREE:
         return False
@@ -75,17 +77,16 @@ def is_frontier(state, hits, iy, ix, ignore_rim):
     for dy, dx in ((-1, 0), (0, -1), (0, 1), (1, 0)):
         y, x = iy + dy, ix + dx
         inside = 0 <= y < ny and 0 <= x < nx
-        if inside and (state[y, x] != UNKNOWN or hits[y, x] >= SOLID_HITS):
+        if inside and (state[y, x] != UNKNOWN or is_struck(hits, y, x, ignore_struck)):
             continue
-        if not ignore_rim:
-            return hits[iy, ix] < SOLID_HITS
-        if not (is_between_beams(state, y, x) or beside_surface(state, hits, y, x)):
-            return not is_struck(hits, iy, ix)
+        if ignore_rim and (is_between_beams(state, y, x) or beside_surface(state, hits, y, x, ignore_struck)):
+            continue
+        return not is_struck(hits, iy, ix, ignore_struck)
     return False
 
 
 @kernel
-def update_mask(flat_cells, state, hits, mask, ignore_rim):
+def update_mask(flat_cells, state, hits, mask, ignore_rim, ignore_struck):
     """Mend the mask around cells (n,) that changed; returns the flat indices of cells that became frontier
     cells or ceased to be.
 
@@ -105,8 +106,8 @@ def update_mask(flat_cells, state, hits, mask, ignore_rim):
                     n_around += 1
     for k in range(n_around):
         iy, ix = stirred[k] // nx, stirred[k] % nx
-        was, now = mask[iy, ix] - NOTED, np.uint8(is_frontier(state, hits, iy, ix, ignore_rim))
-        mask[iy, ix] = now
+        now = np.uint8(is_frontier(state, hits, iy, ix, ignore_rim, ignore_struck))
+        was, mask[iy, ix] = mask[iy, ix] - NOTED, now
         if now != was:
             stirred[n] = stirred[k]
             n += 1

@@ -31,6 +31,9 @@ class FrontierConfig:
     ignore_rim: bool = True
     """Unknown cells beside an occupied one (8-neighbours) do not make a frontier: noise flickers along
     walls, and its specks would be chased for ever."""
+    ignore_struck: bool = True
+    """Nor do cells in which beams have ended, and beside them, too: there is a surface, however often it was
+    grazed since. Where SOLID_HITS have, there is one in any case."""
     max_extent_m: float = 3.0
     """A longer frontier is cut in halves until none is: a goal should be a place, not a hall's whole edge."""
 
@@ -62,10 +65,7 @@ class FrontierMap:
             self.rebuild(grid)
         elif len(change.flat_cells) or len(change.now_struck):
             changed = np.concatenate((change.flat_cells, _around(change.now_struck, grid.shape)))
-            ignore_rim = self.config.ignore_rim
-            self._stirred.append(
-                self._kernels.update_mask(changed, grid.state, grid.hits, self.mask, ignore_rim)
-            )
+            self._stirred.append(self._update(changed, grid))
 
     def rebuild(self, grid: OccupancyGrid) -> None:
         """Start afresh from the grid as it is."""
@@ -79,9 +79,14 @@ class FrontierMap:
 
     def take_rows(self, rows: slice, grid: OccupancyGrid) -> None:
         """Take in the frontiers in some rows of a grid, after `clear`; in any order."""
-        edges, ignore_rim = edge_cells(grid.state, rows), self.config.ignore_rim
-        found = self._kernels.update_mask(edges, grid.state, grid.hits, self.mask, ignore_rim)
-        self._stirred.append(np.sort(found))
+        self._stirred.append(np.sort(self._update(edge_cells(grid.state, rows), grid)))
+
+    def _update(self, changed: NDArray[np.int32], grid: OccupancyGrid) -> NDArray[np.int32]:
+        """Mend the mask around flat cells; those that became frontier or ceased to be."""
+        c = self.config
+        return self._kernels.update_mask(
+            changed, grid.state, grid.hits, self.mask, c.ignore_rim, c.ignore_struck
+        )
 
     def clusters(self, grid: OccupancyGrid, least_m: float = 0.0) -> list[Frontier]:
         """The frontier cells in 8-connected groups, none longer than max_extent_m nor shorter than least_m.

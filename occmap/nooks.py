@@ -9,7 +9,7 @@ import numpy as np
 
 from occmap.boundary import Boundary
 from occmap.frontiers import Frontier, FrontierConfig, FrontierMap
-from occmap.goal_config import SPECK_M
+from occmap.goal_config import COARSE_M, SPECK_M
 from occmap.goals import Goal, GoalChooser
 from occmap.grid import OccupancyGrid
 from occmap.living_map import bands_around
@@ -47,7 +47,8 @@ class Nooks:
         return nooks + [edge for edge in others if self._chooser.is_crack(edge, grid)]
 
     def _edges(self, grid: OccupancyGrid, least_m: float) -> Sliced[list[Frontier]]:
-        every_edge = FrontierMap(FrontierConfig(ignore_rim=False))
+        is_coarse = grid.frame.resolution_m >= COARSE_M  # walls graze the corners of many cells
+        every_edge = FrontierMap(FrontierConfig(ignore_rim=False, ignore_struck=is_coarse))
         every_edge.clear(grid)
         for rows in bands_around(0, grid.shape):
             every_edge.take_rows(rows, grid)

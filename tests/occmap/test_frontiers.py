@@ -15,12 +15,12 @@ TEXTBOOK = FrontierConfig(ignore_rim=False)
 UNSPLIT = FrontierConfig(max_extent_m=np.inf)
 
 
-def frontier_twin(grid: OccupancyGrid, ignore_rim: bool) -> np.ndarray:
+def frontier_twin(grid: OccupancyGrid, ignore_rim: bool, ignore_struck: bool) -> np.ndarray:
     """The NumPy twin of the mask: free cells with an unknown 4-neighbour; beyond the array all is unknown."""
     padded = np.pad(grid.state, 2, constant_values=Belief.UNKNOWN)
     square, hits = np.ones((3, 3), int), np.pad(grid.hits, 2)
     in_a_row = (hits > 0) & (ndimage.convolve((hits > 0).astype(int), square, mode="constant") >= 3)
-    struck = (hits >= SOLID_HITS) | (in_a_row & ignore_rim)
+    struck = (hits >= SOLID_HITS) | (in_a_row & ignore_struck)
     unknown = (padded == Belief.UNKNOWN) & ~struck
     if ignore_rim:
         unknown &= ~ndimage.binary_dilation((padded == Belief.OCCUPIED) | struck, square)
@@ -143,13 +143,13 @@ def test_beyond_the_array_everything_is_unknown():
     } - {(1, 1)}
 
 
-@pytest.mark.parametrize("ignore_rim", [False, True])
-def test_kernel_equals_its_twin_and_updates_equal_a_fresh_start(ignore_rim: bool):
+@pytest.mark.parametrize(("ignore_rim", "ignore_struck"), [(False, False), (False, True), (True, True)])
+def test_kernel_equals_its_twin_and_updates_equal_a_fresh_start(ignore_rim: bool, ignore_struck: bool):
     rng = np.random.default_rng(1)
-    config = FrontierConfig(ignore_rim=ignore_rim, max_extent_m=np.inf)
+    config = FrontierConfig(ignore_rim, ignore_struck, max_extent_m=np.inf)
     grid = grid_of(rng.choice(3, (40, 50), p=[0.2, 0.7, 0.1]).astype(np.uint8))
     frontiers = mapped(grid, config)
-    np.testing.assert_array_equal(frontiers.mask, frontier_twin(grid, ignore_rim))
+    np.testing.assert_array_equal(frontiers.mask, frontier_twin(grid, ignore_rim, ignore_struck))
     for _ in range(20):
         flat = rng.choice(grid.state.size, 30, replace=False).astype(np.int32)
         was = grid.state.ravel()[flat]
@@ -157,7 +157,7 @@ def test_kernel_equals_its_twin_and_updates_equal_a_fresh_start(ignore_rim: bool
         now_struck = rng.choice(np.flatnonzero(grid.hits.ravel() == 0), 40, replace=False).astype(np.int32)
         grid.hits.ravel()[now_struck] = rng.choice([1, SOLID_HITS], 40, p=[0.9, 0.1])
         frontiers.update(grid, GridChange(False, flat, was, grid.state, now_struck))
-        np.testing.assert_array_equal(frontiers.mask, frontier_twin(grid, ignore_rim))
+        np.testing.assert_array_equal(frontiers.mask, frontier_twin(grid, ignore_rim, ignore_struck))
         assert partition(frontiers.clusters(grid)) == partition(mapped(grid, config).clusters(grid))
 
 
