@@ -86,21 +86,30 @@ def is_frontier(state, hits, iy, ix, ignore_rim, ignore_struck):
 
 
 @kernel
-def update_mask(flat_cells, state, hits, mask, ignore_rim, ignore_struck):
+def update_mask(flat_cells, struck, state, hits, mask, ignore_rim, ignore_struck):
     """Mend the mask around cells (n,) that changed; returns the flat indices of cells that became frontier
     cells or ceased to be.
 
     A cell depends on its 4-neighbours and on their 8-neighbours: what is within two cells of a change is
-    looked at once. O(25 n).
+    looked at once. Where a beam has struck (m,), so do the cells next to it, and frontier cells can only
+    cease to be. O(25 n + 49 m).
     """
     ny, nx = state.shape
-    stirred = np.empty(25 * flat_cells.shape[0], np.int32)
+    stirred = np.empty(25 * flat_cells.shape[0] + 49 * struck.shape[0], np.int32)
     n_around, n = 0, 0
     for k in range(flat_cells.shape[0]):
         cy, cx = flat_cells[k] // nx, flat_cells[k] % nx
         for iy in range(max(cy - 2, 0), min(cy + 3, ny)):
             for ix in range(max(cx - 2, 0), min(cx + 3, nx)):
                 if mask[iy, ix] < NOTED:
+                    mask[iy, ix] += NOTED
+                    stirred[n_around] = iy * nx + ix
+                    n_around += 1
+    for k in range(struck.shape[0]):
+        cy, cx = struck[k] // nx, struck[k] % nx
+        for iy in range(max(cy - 3, 0), min(cy + 4, ny)):
+            for ix in range(max(cx - 3, 0), min(cx + 4, nx)):
+                if mask[iy, ix] == FRONTIER:
                     mask[iy, ix] += NOTED
                     stirred[n_around] = iy * nx + ix
                     n_around += 1

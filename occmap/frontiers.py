@@ -64,8 +64,7 @@ class FrontierMap:
         if change.grew or self.mask.shape != grid.shape:
             self.rebuild(grid)
         elif len(change.flat_cells) or len(change.now_struck):
-            changed = np.concatenate((change.flat_cells, _around(change.now_struck, grid.shape)))
-            self._stirred.append(self._update(changed, grid))
+            self._stirred.append(self._update(change.flat_cells, change.now_struck, grid))
 
     def rebuild(self, grid: OccupancyGrid) -> None:
         """Start afresh from the grid as it is."""
@@ -79,13 +78,15 @@ class FrontierMap:
 
     def take_rows(self, rows: slice, grid: OccupancyGrid) -> None:
         """Take in the frontiers in some rows of a grid, after `clear`; in any order."""
-        self._stirred.append(np.sort(self._update(edge_cells(grid.state, rows), grid)))
+        self._stirred.append(np.sort(self._update(edge_cells(grid.state, rows), np.empty(0, np.int32), grid)))
 
-    def _update(self, changed: NDArray[np.int32], grid: OccupancyGrid) -> NDArray[np.int32]:
+    def _update(
+        self, changed: NDArray[np.int32], struck: NDArray[np.int32], grid: OccupancyGrid
+    ) -> NDArray[np.int32]:
         """Mend the mask around flat cells; those that became frontier or ceased to be."""
         c = self.config
         return self._kernels.update_mask(
-            changed, grid.state, grid.hits, self.mask, c.ignore_rim, c.ignore_struck
+            changed, struck, grid.state, grid.hits, self.mask, c.ignore_rim, c.ignore_struck
         )
 
     def clusters(self, grid: OccupancyGrid, least_m: float = 0.0) -> list[Frontier]:
@@ -119,13 +120,6 @@ class FrontierMap:
             start = end
         firsts = cells[np.concatenate(((0,), ends))[:-1]]
         self._firsts = np.concatenate((self._firsts, firsts[:, 1] * self.mask.shape[1] + firsts[:, 0]))
-
-
-def _around(flat_cells: NDArray[np.int32], shape: tuple[int, int]) -> NDArray[np.int32]:
-    """Flat indices of cells and of their 8 neighbours: of an outermost one, those in the next row, too."""
-    steps = np.arange(-1, 2, dtype=np.int32)
-    cells = (flat_cells[:, None] + (shape[1] * steps[:, None] + steps).ravel()).ravel()
-    return cells[(cells >= 0) & (cells < shape[0] * shape[1])]
 
 
 def edge_cells(state: NDArray[np.uint8], rows: slice) -> NDArray[np.int32]:
