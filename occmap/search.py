@@ -63,7 +63,7 @@ class SearchMemory:
         self.cost: NDArray[np.int32] = np.empty(0, np.int32)
         self.link: NDArray[np.uint8] = np.empty(0, np.uint8)
         self.touched: NDArray[np.int32] = np.empty(0, np.int32)
-        self.items: NDArray[np.int32] = np.empty((1 << 14, 2), np.int32)
+        self.items: NDArray[np.int32] = np.empty((1 << 17, 2), np.int32)  # running short costs a search
         self.search_number = 0
         self._rooms = self.cost, self.link, self.touched  # what these are cut from
         self._n_filled = 0  # so many entries of cost's room are UNREACHED, or listed in touched
