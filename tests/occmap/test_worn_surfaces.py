@@ -18,17 +18,17 @@ from tests.ascii_maps import ascii_grid, cells
 from tests.occmap.explored_worlds import FLAT, exploring
 
 
-def worn(picture, solid):
-    """The worn cells of a drawn belief, those of `solid` (iy, ix) having been hit often."""
+def worn(picture, struck, hits=SOLID_HITS):
+    """The worn cells of a drawn belief, those of `struck` (iy, ix) having been hit so often."""
     grid = ascii_grid(picture)
-    grid.hits[solid] = SOLID_HITS
+    grid.hits[struck] = hits
     found = np.zeros(grid.shape, bool)
     found.ravel()[worn_cells(grid.state, grid.hits)] = True
     return cells(found)
 
 
 EATEN = """????????
-           ???.????
+           ????????
            ##.?..##
            ........
            ########"""
@@ -38,13 +38,24 @@ def test_free_space_that_ends_where_beams_ended_ends_at_a_wall():
     """Free, or undecided: in front of the unknown both are the wall; the free floor before it is not."""
     assert worn(EATEN, np.s_[2, 2:6]) == {(2, 2), (3, 2), (4, 2), (5, 2)}
     assert worn(EATEN, np.s_[1, 4:7]) == set()  # in the open
-    assert worn(EATEN, np.s_[3, 6:8]) == set()  # inside the wall, with no free space beside
+    assert worn(EATEN, np.s_[3, 7]) == set()  # inside the wall, with no free space beside
 
 
 def test_a_stray_return_now_and_then_is_no_wall():
-    grid = ascii_grid(EATEN)
-    grid.hits[2, 2:6] = SOLID_HITS - 1
-    assert not len(worn_cells(grid.state, grid.hits))
+    assert worn(EATEN, np.s_[2, 4:6], SOLID_HITS - 1) == set()
+    assert worn(EATEN, np.s_[1, 2:6], 1) == set()  # in the open
+
+
+def test_free_space_that_ends_in_the_unknown_ends_at_a_wall_if_any_beam_did():
+    """Noise puts a return a cell too far; a return in free space is a stray one, or of a wall elsewhere."""
+    ragged = """?????
+                ?????
+                ??.??
+                .....
+                ....."""
+    assert worn(ragged, np.s_[3, 2], 1) == {(1, 2), (2, 3), (3, 2)}
+    assert worn(ragged, np.s_[3, 1], 1) == {(1, 2), (2, 3)}
+    assert worn(ragged, np.s_[1, 1:4], 1) == set()
 
 
 def test_a_doors_leaf_is_gone_once_it_has_been_looked_through():
