@@ -19,9 +19,9 @@ from experiments.config import ExperimentConfig
 class Command:
     """Drop a robot into a building it has never seen, let it explore to the end, and keep a map of it.
 
-    With no options: a generated office, the true pose, and a folder in runs/ with the recording, a
-    video, the map, the curves and summary.json. Exit status: 0 complete or sealed in, 2 a mistake
-    in the options, 3 time limit, 4 stuck, 5 physics fault, 130 or 143 interrupted.
+    With no options: a generated office, a robot that works out by slam where it is, and a folder in
+    runs/ with the recording, a video, the map, the curves and summary.json. Exit status: 0 complete or
+    sealed in, 2 a mistake in the options, 3 time limit, 4 stuck, 5 physics fault, 130 or 143 interrupted.
     """
 
     out: Path | None = None

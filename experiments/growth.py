@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from experiments.config import ExperimentConfig
+from experiments.exit_status import MISTAKE
 
 if TYPE_CHECKING:
     from experiments.curves import ScoreCurve
@@ -40,7 +41,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return draw(said)
     except (ValueError, OSError) as mistake:
         print(f"error: {mistake}", file=sys.stderr)
-        return 2
+        return MISTAKE
 
 
 def draw(said: Growth) -> int:

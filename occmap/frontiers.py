@@ -33,7 +33,7 @@ class FrontierConfig:
     walls, and its specks would be chased for ever."""
     ignore_struck: bool = True
     """Nor do cells in which beams have ended, and beside them, too: there is a surface, however often it was
-    grazed since. Where SOLID_HITS have, there is one in any case."""
+    grazed since. Where several have, there is one in any case."""
     max_extent_m: float = 3.0
     """A longer frontier is cut in halves until none is: a goal should be a place, not a hall's whole edge."""
 

@@ -19,14 +19,17 @@ class StuckConfig:
     window_s: float = 2.0
     """Motion is judged over this long: commands take effect within a fraction of it."""
     min_commanded_m: float = 0.3
-    """Less driving than this commanded over the window, and less turning than below: no verdict."""
+    """Less driving than this commanded over the window,"""
     min_commanded_rad: float = 0.8
+    """and less turning than this: no verdict."""
     still_m: float = 0.03
-    """Odometry that stays within this much of a place all the while: the wheels are held."""
+    """Odometry that stays within this much of a place all the while,"""
     still_rad: float = 0.05
+    """and within this much of a heading: the wheels are held."""
     slipped_m: float = 0.3
-    """Odometry that says it got this far, or turned by the angle below, is held against the lidar's view."""
+    """Odometry that says it got this far,"""
     slipped_rad: float = 0.5
+    """or turned by this much, is held against the lidar's view."""
     same_range_m: float = 0.06
     """A range that changed by less, plus 1.5 % of itself, is the same: over two sigma of the difference
     of two ranges, 2 cm and 0.5 % each."""

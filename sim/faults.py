@@ -34,6 +34,11 @@ class FaultsConfig:
                 raise ValueError(f"{name} must be a time of 0 s or later, got {value}")
         if any(number < 0 for number in self.close_doors):
             raise ValueError(f"close_doors must be numbers of doors from 0 on, got {self.close_doors}")
+        for begin, detail in (
+            ("close_doors_at_s", "close_doors"), ("lift_at_s", "lift_for_s"), ("blind_at_s", "blind_for_s"),
+        ):  # fmt: skip
+            if getattr(self, begin) is None and getattr(self, detail) not in (None, ()):
+                raise ValueError(f"{detail} without {begin} never happens: give both")
 
     def lifted(self, time_s: float) -> bool:
         """Whether the wheels hang in the air at this time."""

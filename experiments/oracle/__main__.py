@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
+from experiments.exit_status import MISTAKE
+
 if TYPE_CHECKING:
     from experiments.oracle.run_files import FinishedRun
 
@@ -30,11 +32,15 @@ class OracleCommand:
     """
 
     runs: Annotated[tuple[Path, ...], tyro.conf.Positional]
-    """Folders of runs."""
+    """Folders of runs that have ended."""
     rounds: int = 60
     """How long to look for a shorter tour: rounds of ruin and recreate from every beginning."""
     seed: int = 0
     """The same seed, the same tour."""
+
+    def __post_init__(self) -> None:
+        if not self.runs:
+            raise ValueError("name at least one folder of a run")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -48,7 +54,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 print(line, flush=True)
     except (ValueError, OSError) as mistake:
         print(f"error: {mistake}", file=sys.stderr)
-        return 2
+        return MISTAKE
     return 0
 
 

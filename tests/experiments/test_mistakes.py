@@ -27,6 +27,9 @@ MISTAKES = {
     "start not a number": (["--start", "nan", "0", "0"], "start"),
     "plan missing": (["--plan", "nowhere.yaml"], "nowhere.yaml"),
     "a resolution without a plan": (["--plan-resolution-m", "0.05"], "--plan"),
+    "doors that never close": (["--faults.close-doors", "0"], "close_doors_at_s"),
+    "a lift that never begins": (["--faults.lift-for-s", "5"], "lift_at_s"),
+    "blindness that never begins": (["--faults.blind-for-s", "5"], "blind_at_s"),
     "config missing": (["--config", "nowhere.json"], "nowhere.json"),
 }
 

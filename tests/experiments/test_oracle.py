@@ -184,6 +184,13 @@ def test_the_command_refuses_what_is_no_run(tmp_path, capsys):
     assert "is not the folder of a run that has ended" in capsys.readouterr().err
 
 
+def test_the_command_wants_a_run(capsys):
+    with pytest.raises(SystemExit) as exit_:
+        main([])
+    assert exit_.value.code == 2
+    assert "name at least one folder" in capsys.readouterr().err
+
+
 def test_a_summary_has_the_oracle_that_was_asked_for(tmp_path):
     plan = tmp_path / "rooms.png"
     Image.fromarray(np.where(drawn(FOUR_ROOMS)[::-1], 0, 255).astype(np.uint8)).save(plan)
