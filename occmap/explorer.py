@@ -16,18 +16,18 @@ from occmap.follower import Follower
 from occmap.frontiers import Frontier
 from occmap.geometry import Pose2, Twist2
 from occmap.goal_search import GoalSearch
-from occmap.goals import SAME_GOAL_M, Goal, GoalChooser
+from occmap.goals import GoalChooser
 from occmap.grid import OccupancyGrid
 from occmap.living_map import LivingMap
 from occmap.localization.localizer import Localizer, OdometryLocalizer
 from occmap.memory import FailedLooks
 from occmap.mobility import Mobility
+from occmap.navigator import Navigator
 from occmap.pace import Pace
 from occmap.perception import Perception
 from occmap.planner import Planner, Wavefront, WideningFlood
-from occmap.pursuit import Failure, Pursuit
+from occmap.pursuit import Failure
 from occmap.scan import Observation
-from occmap.setbacks import Setbacks
 from occmap.slices import Sliced, finish, take_turn
 from occmap.stopwatch import Stopwatch
 
@@ -67,19 +67,17 @@ class Explorer:
         self.perception = Perception(localizer or OdometryLocalizer(), self.map)
         self.planner = Planner(config.planner, body, boundary)
         self.follower = Follower(config.follower, body)
-        self.looks = FailedLooks()
-        self.search = GoalSearch(GoalChooser(config.goals), self.looks, boundary)
+        self.search = GoalSearch(GoalChooser(config.goals), FailedLooks(), boundary)
+        self._events: list[str] = []  # of the decision of the moment
+        self.navigator = Navigator(
+            config.pursuit, self.planner, self.follower, self.map, self.search, self._events
+        )
         self.mobility = Mobility(config.stuck, config.recovery)
-        self.setbacks = Setbacks(config.pursuit, self.planner, self.looks, self.search.looked_at)
         self.pace = Pace(config.pace)
         self.ending = Ending(config.ending)
         self.status = Status.EXPLORING
-        self.pursuit: Pursuit | None = None
         self._unknown_left: tuple[UnknownLeft, ...] = ()
-        self._events: list[str] = []
         self._watch = Stopwatch()
-        self._replans = 0
-        self._goal_switches = 0
         self._last: tuple[Pose2, Observation] | None = None
         self._thought: Sliced[None] | None = None
 
@@ -90,7 +88,8 @@ class Explorer:
 
     def decide(self, seen: Observation) -> Decision:
         """What to do until the next scan, given this one."""
-        self._events, self._watch = [], Stopwatch()
+        self._events.clear()
+        self._watch = Stopwatch()
         self.pace.begin(seen.time_s)
         self._last = here, seen = self._see(seen)
         activity, twist = self._act(here, seen)
@@ -111,10 +110,8 @@ class Explorer:
         self.pace.forget_the_map()
         self.ending.carry_over(new_map_from_old_map, self.grid)
         self.search.carry_over(new_map_from_old_map)
-        self.planner.barred.carry_over(new_map_from_old_map)
-        if self.pursuit is not None:
-            self.pursuit.carry_over(new_map_from_old_map)
-        self._note("the map was corrected")
+        self.navigator.carry_over(new_map_from_old_map)
+        self._events.append("the map was corrected")
 
     def _act(self, here: Pose2, seen: Observation) -> tuple[str, Twist2]:
         """The activity of the moment and its twist."""
@@ -137,46 +134,42 @@ class Explorer:
             return "thinking", Twist2.zero()
         if self.status is not Status.EXPLORING:
             return self.status.value, Twist2.zero()
-        if self.pursuit is None:
+        pursuit = self.navigator.pursuit
+        if pursuit is None:
             return "looking", Twist2.zero()
-        return self._pursue(self.pursuit, here, seen)
+        with self._watch.lap("planning"):
+            twist = self.navigator.drive(here, self.mobility.measured_twist(seen), seen)
+        return "looking" if pursuit.has_arrived else "exploring", twist
 
     def _recover(self, here: Pose2, seen: Observation) -> Twist2 | None:
         """The twist of a manoeuvre that frees the robot, if it is stuck; the end if none does."""
         attempts = self.mobility.attempts
         manoeuvre = self.mobility.manoeuvre(seen)
         if self.mobility.is_hopeless:
-            self._note(f"stuck: {attempts} manoeuvres did not free it")
+            self._events.append(f"stuck: {attempts} manoeuvres did not free it")
             finish(self._end(Status.STUCK, self._flood(here), seen))
         elif self.mobility.attempts > attempts:
-            self._note(f"the robot does not move: manoeuvre {attempts + 1}")
-            if self.pursuit is not None and attempts == 0:  # a series counts as one try
+            self._events.append(f"the robot does not move: manoeuvre {attempts + 1}")
+            if attempts == 0:  # a series counts as one try
                 failure = Failure(Reason.UNSAFE, "the robot got stuck on the way")
-                self._note(self.setbacks.give_up(self.pursuit, failure, self.grid, seen.time_s))
-            self.pursuit = None
+                self.navigator.give_up(failure, seen.time_s)
+            self.navigator.break_off()
         return manoeuvre
-
-    def _drop_what_is_gone(self) -> None:
-        """A goal whose frontier is no more has been looked at, near or far."""
-        goal = self.pursuit.goal if self.pursuit is not None else None
-        if goal is not None and self.search.chooser.is_gone(goal, self.grid, self.map.frontier_mask):
-            self.search.looked_at.note(goal, self.grid)
-            self.pursuit = None
 
     def _should_think(self, now_s: float) -> bool:
         """At once if there is no goal, or no good one; a good one is weighed against others now and then."""
-        pursuit = self.pursuit
+        pursuit = self.navigator.pursuit
         if pursuit is None:
             return self.ending.is_search_due(now_s)
         if pursuit.has_arrived or pursuit.is_void:
             return pursuit.is_void
         is_due = self.pace.is_due(self.map.known_m2, now_s, is_nook=pursuit.goal.is_nook)
-        return is_due or self._is_blocked(pursuit)
+        return is_due or self.navigator.is_blocked
 
     def _think(self, here: Pose2, seen: Observation) -> None:
         """Take a turn at thinking, if there is something to think about."""
         if self._thought is None:
-            self._drop_what_is_gone()
+            self.navigator.drop_what_is_gone()
             if not self._should_think(seen.time_s):
                 return
             self.pace.weigh(self.map.known_m2, seen.time_s)
@@ -189,52 +182,21 @@ class Explorer:
 
     def _choose(self, frontiers: list[Frontier], here: Pose2, seen: Observation) -> Sliced[None]:
         """A goal and a path to it; if there is none to be had for a while, end."""
-        pursued = self.pursuit.goal if self.pursuit else None
         flood = WideningFlood(self.planner, self.grid, self.map.clearance_m, here)
         found = yield from self.search.run(
-            frontiers, self.grid, flood, seen.scan.max_range_m, pursued, self._way_left_m()
+            frontiers, self.grid, flood, seen.scan.max_range_m, self.navigator.goal, self.navigator.way_left_m
         )
         self.ending.note(found.best is not None, found.wave, self.grid, seen.time_s)
         if found.best is None:
-            self.pursuit = None
+            self.navigator.break_off()
             if not self.planner.barred.reopen():
                 yield from self._end_if_done(found.wave, seen)
         else:
-            pursuit = self._set_out(found.best, found.wave, seen.time_s)
-            self.setbacks.learning.note(self.map.known_m2, pursuit.path.length_m, seen.time_s)
-
-    def _set_out(self, goal: Goal, wave: Wavefront, now_s: float) -> Pursuit:
-        """Pursue a goal; on the path already being driven if it still leads there."""
-        pursuit = self.pursuit
-        if pursuit is not None and pursuit.leads_to(goal) and not self._is_blocked(pursuit):
-            pursuit.goal = goal
-            return pursuit
-        path = wave.path_to(self.grid.frame.cell_at(*goal.viewpoint_in_map))
-        assert path is not None, "a viewpoint is a cell that the flood has reached"
-        if pursuit is None or pursuit.goal.distance_m(goal) > SAME_GOAL_M:
-            if pursuit is not None:
-                self._goal_switches += 1
-                self._note(self.setbacks.turn_back(pursuit, self.grid, now_s))
-            self._note(str(goal))
-            self.search.set_out(goal, self.grid)
-        self._replans += 1
-        is_tight = path.keep_clear_m < self.body.radius_m
-        self.pursuit = Pursuit(self.config.pursuit, goal, path, self.grid, now_s, is_tight)
-        return self.pursuit
+            self.navigator.set_out(found.best, found.wave, seen.time_s)
 
     def _flood(self, here: Pose2, within_m: float = math.inf) -> Wavefront:
         cell = self.grid.frame.cell_at(here.x_m, here.y_m)
         return self.planner.flood(self.grid, self.map.clearance_m, cell, within_m=within_m)
-
-    def _way_left_m(self) -> float:
-        """Of the path to the goal pursued; 0 if there is none that still leads there."""
-        pursuit = self.pursuit
-        holds = pursuit is not None and pursuit.leads_to(pursuit.goal) and not self._is_blocked(pursuit)
-        return pursuit.way_left_m if pursuit is not None and holds else 0.0
-
-    def _is_blocked(self, pursuit: Pursuit) -> bool:
-        """Whether the map has voided what is left of a path."""
-        return self.planner.is_blocked(pursuit.path, self.grid, self.map.clearance_m, pursuit.progress_m)
 
     def _end_if_done(self, wave: Wavefront, seen: Observation) -> Sliced[None]:
         yield wave.n_reached // 2
@@ -244,12 +206,12 @@ class Explorer:
             yield from self._end(status, wave, seen)
 
     def _end(self, status: Status, wave: Wavefront, seen: Observation) -> Sliced[None]:
-        self.pursuit = None
+        self.navigator.break_off()
         unknown_left = yield from self._certified(status, wave, seen)
         yield self.grid.state.size
         self.status, self._unknown_left = status, unknown_left
         self.map.restore_surfaces()
-        self._note(f"{status.value}: {len(self._unknown_left)} frontiers left unseen")
+        self._events.append(f"{status.value}: {len(self._unknown_left)} frontiers left unseen")
 
     def certificate(self) -> tuple[UnknownLeft, ...]:
         """Each frontier that remains, and why; can be asked for at any time, also before the end."""
@@ -265,26 +227,8 @@ class Explorer:
         is_early = status in (Status.EXPLORING, Status.STUCK)
         return certificate(self.search, self.map, wave, self.body, seen.scan.max_range_m, is_early=is_early)
 
-    def _pursue(self, pursuit: Pursuit, here: Pose2, seen: Observation) -> tuple[str, Twist2]:
-        """Drive on, or look if there; give the goal up if that leads nowhere."""
-        with self._watch.lap("planning"):
-            steering = self.follower.follow(
-                pursuit.path, here, self.mobility.measured_twist(seen), seen.scan, seen.robot_from_lidar,
-                self.grid, self.map.clearance_m,
-            )  # fmt: skip
-        twist = pursuit.advance(steering, seen.time_s)
-        self._note(self.setbacks.judge(pursuit, here, self.map, seen.time_s))
-        if pursuit.is_over:
-            self.pursuit = None
-        return "looking" if pursuit.has_arrived else "exploring", twist
-
-    def _note(self, event: str | None) -> None:
-        """For the decision log."""
-        if event is not None:
-            self._events.append(event)
-
     def _decision(self, here: Pose2, activity: str, twist: Twist2) -> Decision:
-        pursuit = self.pursuit
+        pursuit = self.navigator.pursuit
         return Decision(
             status=self.status,
             twist=twist,
@@ -295,7 +239,7 @@ class Explorer:
             frontiers=tuple(self.map.frontiers),
             unknown_left=self._unknown_left,
             events=tuple(self._events),
-            replans=self._replans,
-            goal_switches=self._goal_switches,
+            replans=self.navigator.replans,
+            goal_switches=self.navigator.goal_switches,
             stage_s=self._watch.totals_s(),
         )

@@ -52,7 +52,8 @@ def test_what_was_gone_before_the_robot_came_is_remembered_as_looked_at():
 
     def was_on_its_way(_):
         (had_arrived, looks), now = moments[-1], len(mind.search.looked_at._looks)
-        moments.append((mind.pursuit is not None and mind.pursuit.has_arrived, now))
+        pursuit = mind.navigator.pursuit
+        moments.append((pursuit is not None and pursuit.has_arrived, now))
         return now > looks and not had_arrived
 
     assert flat.run(60.0, until=was_on_its_way).status is Status.EXPLORING
