@@ -66,7 +66,8 @@ class Mapper:
         points, hit, low_m, high_m = self._beams_in_map(scan, map_from_lidar, grid.config.resolution_m)
         grew = grid.grow_to_contain(low_m, high_m)
         (ix0, iy0), (ix1, iy1) = grid.frame.cell_at(*low_m), grid.frame.cell_at(*high_m)
-        patch = self._kernels.Patch(ix0, iy0, rows=iy1 - iy0 + 1, stride=ix1 - ix0 + 1)
+        word = self._kernels.VOTES_PER_WORD
+        patch = self._kernels.Patch(ix0, iy0, rows=iy1 - iy0 + 1, stride=((ix1 - ix0) // word + 1) * word)
         self._make_room(patch.rows * patch.stride)
         in_window = grid.frame.in_cells(points) - (ix0, iy0)
         now_struck = self._beam_kernels.count_hits(in_window, hit, ix0, iy0, grid.hits, SOLID_HITS)

@@ -17,6 +17,8 @@ from occmap.vote_kernels import cones, lines
 UNKNOWN, FREE, OCCUPIED = np.uint8(0), np.uint8(1), np.uint8(2)
 ALREADY_VOTED = np.uint16(65535)
 """Marks a hit cell in the window when a cell has one vote a scan."""
+VOTES_PER_WORD = 4
+"""So many of the window's counters are looked at together where there may be none."""
 
 
 class Model(NamedTuple):
@@ -38,7 +40,7 @@ class Patch(NamedTuple):
     ix0: int
     iy0: int
     rows: int
-    stride: int  # cells a row
+    stride: int  # cells a row, in whole words
 
 
 @kernel
@@ -83,18 +85,24 @@ def spend_hits(window, patch, hits, log_odds, state, model, flips, was):
 def sweep_misses(window, patch, log_odds, state, model, flips, was, n):
     """Spend and clear the window's misses; returns n, the number of cells whose state changed so far.
 
-    O(cells of the patch), in loops without branches over whole rows, which the compiler vectorises:
-    cheaper than looking for the cells that were crossed.
+    O(cells of the patch). What lies between a row's first and last votes is spent in loops without branches,
+    which the compiler vectorises: cheaper than looking for the cells that were crossed.
     """
-    width = min(patch.stride, state.shape[1] - patch.ix0)
+    words, per_row, nx = window.view(np.uint64), patch.stride // VOTES_PER_WORD, state.shape[1]
     for row in range(patch.rows):
-        votes = window[row * patch.stride : row * patch.stride + width]
-        odds = log_odds[row + patch.iy0, patch.ix0 : patch.ix0 + width]
-        states = state[row + patch.iy0, patch.ix0 : patch.ix0 + width]
+        first, stop = row * per_row, (row + 1) * per_row
+        while first < stop and words[np.uint64(first)] == 0:
+            first += 1
+        while first < stop and words[np.uint64(stop - 1)] == 0:
+            stop -= 1
+        at = first * VOTES_PER_WORD
+        iy, ix = row + patch.iy0, patch.ix0 + at - row * patch.stride
+        width = min((stop - first) * VOTES_PER_WORD, nx - ix)
+        votes, odds = window[at : at + width], log_odds[iy, ix : ix + width]
+        states = state[iy, ix : ix + width]
         spend_misses(votes, odds, model)
         if differs(odds, states, model):
-            first = (row + patch.iy0) * state.shape[1] + patch.ix0
-            n = record_flips(odds, states, first, model, flips, was, n)
+            n = record_flips(odds, states, iy * nx + ix, model, flips, was, n)
     return n
 
 
