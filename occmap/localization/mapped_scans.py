@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from occmap.geometry import Pose2
 from occmap.localization.box import Box
 from occmap.localization.growing import GrowingArray
-from occmap.localization.tracker import Tracked
+from occmap.localization.tracked import Tracked
 from occmap.scan import Scan
 
 SWEEP_M_PER_M2 = 2.0

@@ -16,7 +16,8 @@ from occmap.localization.submap import SubmapConfig
 from occmap.localization.surfel_map import Cloud
 from occmap.localization.told_map import ToldMap, ToldMapConfig
 from occmap.localization.track import Track
-from occmap.localization.tracker import Tracked, Tracker, TrackerConfig
+from occmap.localization.tracked import Tracked
+from occmap.localization.tracker import Tracker, TrackerConfig
 from occmap.localization.undistortion import undistorted
 from occmap.scan import Observation, Scan
 from occmap.sensor_model import SensorModelConfig
@@ -60,15 +61,15 @@ class SlamLocalizer:
         """Where the robot is, given what it senses now."""
         prediction = self.motion.predict(seen)
         scan = seen.scan
-        if not self.tracker.wheels_stand(prediction.step):  # else its beams start from one place
+        if not self.tracker.first_look.wheels_stand(prediction.step):  # else its beams start from one place
             scan = undistorted(scan, seen.robot_from_lidar, prediction.step, self.motion.step_s)
         cloud = Cloud.of(scan, seen.robot_from_lidar, self.config.submap.reach_m)
-        stood = not self.tracker.has_left_the_start
+        stood = not self.tracker.first_look.is_over
         tracked = self.tracker.update(cloud, prediction, scan, seen.robot_from_lidar)
         self.motion.took(self.tracker.last_step, self.tracker.is_seen)
         self.track.append(seen.time_s, tracked)
         self._add_new_submaps()
-        if stood and self.tracker.has_left_the_start:
+        if stood and self.tracker.first_look.is_over:
             self.compass.look(0)
         self._think()
         return self._tell(seen, scan, tracked)

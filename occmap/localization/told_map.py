@@ -13,7 +13,7 @@ from occmap.localization.box import Box
 from occmap.localization.map_rebuild import MapRebuild, displacement_m
 from occmap.localization.mapped_scans import MappedScan, MappedScans
 from occmap.localization.positive import Positive
-from occmap.localization.tracker import Tracked
+from occmap.localization.tracked import Tracked
 from occmap.mapper import Mapper
 from occmap.scan import Scan
 from occmap.sensor_model import SensorModelConfig

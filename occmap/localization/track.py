@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from occmap.geometry import Pose2
 from occmap.localization.growing import GrowingArray
-from occmap.localization.tracker import Tracked
+from occmap.localization.tracked import Tracked
 
 
 class Track:

@@ -2,50 +2,28 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
-from occmap.geometry import Pose2, wrap_angle
-from occmap.localization.long_look import LongLook
-from occmap.localization.matcher import Match, Matcher, axes, by_chance
+from occmap.geometry import Pose2
+from occmap.localization.first_look import FirstLook, FirstLookConfig, is_within
+from occmap.localization.matcher import Match, Matcher, axes
 from occmap.localization.motion import Prediction
-from occmap.localization.positive import Positive
 from occmap.localization.submap import Submap, SubmapConfig, View
 from occmap.localization.surfel_map import Cloud
+from occmap.localization.tracked import Tracked
 from occmap.scan import Scan
 
 
 @dataclass(frozen=True)
-class TrackerConfig(Positive):
+class TrackerConfig(FirstLookConfig):
     """Which scans build a submap, and when it is full."""
 
     insert_every_m: float = 0.15
     """A scan is inserted once the robot has driven this far since the last one."""
     insert_every_rad: float = 0.17
     """Or has turned this far."""
-    first_scans: int = 30
-    """Until the robot first moves, at most so many are averaged: the map's frame hangs on their mean."""
-    still_m: float = 0.003
-    """The wheels stand while they have not gone farther than this from the start: encoders flicker."""
-    still_rad: float = 0.004
-    """Nor turned farther."""
-    still_fit_m: float = 0.04
-    """And the scans agree that nothing moved, to the noise of both ends."""
-    still_fit_rad: float = 0.02
-    """The same, of their turn."""
-    still_doubts: int = 1
-    """So many scans in a row may contradict wheels that stand, if at the start they fit as well: beside one
-    other scan, and before the wheels are known to count at all, one fits anywhere along parallel walls."""
-    poor_fit: float = 0.5
-    """A scan that fits as badly as this, far and noisy walls in a wide hall, contradicts the wheels only"""
-    still_poor_m: float = 0.15
-    """if it is off by more than this,"""
-    still_poor_rad: float = 0.06
-    """or turned by more."""
     scans_per_half: int = 20
     """A new submap starts after so many inserted scans, and is full after twice as many."""
     view_every: int = 5
@@ -62,40 +40,6 @@ class TrackerConfig(Positive):
     """So many scans are averaged to know how well scans fit hereabouts."""
 
 
-@dataclass(frozen=True)
-class Tracked:
-    """A pose in the submaps: in `submap`, on its way over to `submap + 1` by `blend` (0 to 1)."""
-
-    submap: int
-    submap_from_robot: Pose2
-    next_from_robot: Pose2
-    blend: float
-
-    NUMBERS: ClassVar[int] = 8
-
-    def in_map(self, map_from_submap: Sequence[Pose2]) -> Pose2:
-        """map_from_robot, given where the submaps lie; without a seam from one submap to the next."""
-        older = map_from_submap[self.submap] @ self.submap_from_robot
-        if self.blend == 0.0:
-            return older
-        younger = map_from_submap[self.submap + 1] @ self.next_from_robot
-        return Pose2(
-            older.x_m + self.blend * (younger.x_m - older.x_m),
-            older.y_m + self.blend * (younger.y_m - older.y_m),
-            older.yaw_rad + self.blend * wrap_angle(younger.yaw_rad - older.yaw_rad),
-        )
-
-    def numbers(self) -> tuple[float, ...]:
-        """(NUMBERS,) all of it, to be kept in an array."""
-        a, b = self.submap_from_robot, self.next_from_robot
-        return self.submap, a.x_m, a.y_m, a.yaw_rad, b.x_m, b.y_m, b.yaw_rad, self.blend
-
-    @staticmethod
-    def of_numbers(numbers: Sequence[float]) -> Tracked:
-        """What `numbers` came from."""
-        return Tracked(int(numbers[0]), Pose2(*numbers[1:4]), Pose2(*numbers[4:7]), numbers[7])
-
-
 class Tracker:
     """Keeps two submaps growing, the younger half as old: the older one is what scans are matched to."""
 
@@ -104,6 +48,7 @@ class Tracker:
         self.submap_config = submap_config
         self.matcher = matcher
         self.submaps: list[Submap] = []
+        self.first_look = FirstLook(config, matcher)
         self._pose = Pose2.identity()  # robot in the reference submap
         self._last_inserted = Pose2.identity()  # the same
         self.last_step = Pose2.identity()
@@ -113,9 +58,6 @@ class Tracker:
         self._drift = np.zeros((3, 3))  # covariance since the youngest submap began, in its frame
         self._first = 0  # submap since the last gap
         self._usual_fit = 0.0
-        self._still: Pose2 | None = Pose2.identity()  # the wheels' word since the start, until they move
-        self._doubts = 0  # scans in a row that see the robot elsewhere while the wheels stand
-        self._first_look: LongLook
         self._last_view: View | None = None
 
     @property
@@ -128,7 +70,7 @@ class Tracker:
         if not self.submaps:
             self._begin_submap(scan)
             self._insert(cloud, scan, robot_from_lidar)
-            self._first_look = LongLook(scan, robot_from_lidar)
+            self.first_look.begin(scan, robot_from_lidar)
             return Tracked(0, self._pose, self._pose, 0.0)
         if self.submaps[-1].cloud is not None:  # it was finished, and goes on
             self._begin_submap(scan)
@@ -138,11 +80,9 @@ class Tracker:
         if prediction.is_gap and not self._is_bridged(match, cloud, prediction):
             return self._begin_anew(cloud, prediction, scan, robot_from_lidar)
         self._usual_fit += (match.fit - self._usual_fit) / self.config.usual_memory
-        if self._still is not None:
-            if self.wheels_stand(prediction.step) and self._scan_stands(match, cloud):
-                self._still = self._still @ prediction.step
+        if not self.first_look.is_over:
+            if self.first_look.goes_on(prediction.step, match, cloud, self.submaps[0]):
                 return self._look_again(scan)
-            self._still = None
             self._learn_the_start()
         self.last_step = self._pose.inverse() @ match.submap_from_robot
         self.is_seen = match.fit >= self.config.bridge_fit and match.tells(prediction.sigma_m)
@@ -180,49 +120,22 @@ class Tracker:
         self._insert(cloud, scan, robot_from_lidar)
         return Tracked(self._first, self._pose, self._pose, 0.0)
 
-    @property
-    def has_left_the_start(self) -> bool:
-        """Whether the robot has moved at all."""
-        return self._still is None
-
-    def wheels_stand(self, step: Pose2) -> bool:
-        """Whether the wheels, one step of theirs later, have done no more than flicker since the start."""
-        c = self.config
-        return self._still is not None and is_within(self._still @ step, c.still_m, c.still_rad)
-
-    def _scan_stands(self, match: Match, cloud: Cloud) -> bool:
-        """Whether the scan does not see the robot anywhere but at the start, or not clearly so."""
-        c = self.config
-        near_m, near_rad = c.still_fit_m, c.still_fit_rad
-        if match.fit < c.poor_fit:
-            near_m, near_rad = c.still_poor_m, c.still_poor_rad
-        if is_within(match.submap_from_robot, near_m, near_rad):
-            self._doubts = 0
-            return True
-        self._doubts += 1
-        gain = match.fit - self.matcher.fit_at(cloud, self.submaps[0], Pose2.identity())
-        return self._doubts <= c.still_doubts and gain < by_chance(cloud)
-
     def _look_again(self, scan: Scan) -> Tracked:
         """The robot still stands at the map's origin: one more look at the same, to average out the noise."""
-        looks = len(self._first_look)
-        is_wanted = looks < self.config.first_scans and self._doubts == 0
-        if is_wanted and self._first_look.add(scan) and (looks + 1) & looks == 0:
+        if self.first_look.add(scan):
             self._learn_the_start()
         self.last_step = Pose2.identity()
         return Tracked(0, self._pose, self._pose, 0.0)
 
     def _learn_the_start(self) -> None:
         """The first submap shows the mean of all looks so far."""
-        mean = Cloud.of(
-            self._first_look.mean(), self._first_look.robot_from_lidar, self.submap_config.reach_m
-        )
-        self.submaps[0].see_better(mean, len(self._first_look))
+        mean = self.first_look.mean(self.submap_config.reach_m)
+        self.submaps[0].see_better(mean, len(self.first_look))
 
     def finish(self) -> list[int]:
         """Nothing more comes for now: close the growing submaps; returns their numbers."""
-        if self.submaps and self._still is not None:
-            self._still = None
+        if self.submaps and not self.first_look.is_over:
+            self.first_look.is_over = True
             self._learn_the_start()
         growing = [k for k, submap in enumerate(self.submaps) if submap.cloud is None]
         for k in growing:
@@ -281,8 +194,3 @@ class Tracker:
     def _add_drift(self, match: Match) -> None:
         turned = axes(self.younger_from_older().yaw_rad)
         self._drift += self.config.drift_share * turned @ np.linalg.inv(match.posterior) @ turned.T
-
-
-def is_within(step: Pose2, metres: float, rad: float) -> bool:
-    """Whether a step goes no farther, and turns no farther, than this."""
-    return math.hypot(step.x_m, step.y_m) <= metres and abs(step.yaw_rad) <= rad

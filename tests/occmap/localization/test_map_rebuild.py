@@ -10,7 +10,7 @@ from occmap.grid import GridConfig, OccupancyGrid
 from occmap.localization.box import Box
 from occmap.localization.map_rebuild import MapRebuild
 from occmap.localization.mapped_scans import MappedScan, MappedScans
-from occmap.localization.tracker import Tracked
+from occmap.localization.tracked import Tracked
 from occmap.mapper import Mapper
 from occmap.scan import Scan
 

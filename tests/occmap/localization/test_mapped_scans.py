@@ -8,7 +8,7 @@ import pytest
 from occmap.geometry import Pose2
 from occmap.localization import SlamLocalizer
 from occmap.localization.mapped_scans import STEPS, MappedScan, MappedScans, packed_ranges, unpacked_ranges
-from occmap.localization.tracker import Tracked
+from occmap.localization.tracked import Tracked
 from occmap.scan import Scan
 from tests.occmap.localization.drives import RING, RING_LAP, drive, observe
 

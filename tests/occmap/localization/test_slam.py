@@ -198,8 +198,8 @@ def test_noise_does_not_cut_the_first_look_short():
         slam = SlamLocalizer()
         for seen in still:
             slam.update(seen)
-        assert not slam.tracker.has_left_the_start
-        assert len(slam.tracker._first_look) == 30
+        assert not slam.tracker.first_look.is_over
+        assert len(slam.tracker.first_look) == 30
 
 
 def test_a_scan_that_fits_anywhere_along_a_corridor_does_not_move_wheels_that_stand():
