@@ -15,10 +15,11 @@ from experiments.episode import episode
 from experiments.experiment import prepare
 from occmap.geometry import Points, Pose2
 from occmap.localization import SlamLocalizer
-from occmap.localization.matcher import Match, Matcher, Search
+from occmap.localization.matcher import Match, Matcher
 from occmap.localization.motion import Prediction
 from occmap.localization.submap import Submap
 from occmap.localization.surfel_map import Cloud
+from occmap.localization.window import Window
 
 EVERY = 10
 """Of so many scans one is searched for on purpose, and by the twin: seldom is a search needed."""
@@ -44,12 +45,19 @@ class TimedMatcher(Matcher):
             self._track(cloud.points, submap, guess, prediction)
         return match
 
-    def search(self, points: Points, submap: Submap, where: Search) -> tuple[Pose2, float]:
+    def search(
+        self,
+        points: Points,
+        submap: Submap,
+        window: Window,
+        sigma_m: float = math.inf,
+        sigma_rad: float = math.inf,
+    ) -> tuple[Pose2, float]:
         begun = time.thread_time()
-        found = super().search(points, submap, where)
+        found = super().search(points, submap, window, sigma_m, sigma_rad)
         self.search_s.append(time.thread_time() - begun)
         begun = time.thread_time()
-        search_by_arrays(points, submap, where)
+        search_by_arrays(points, submap, window)
         self.twin_s.append(time.thread_time() - begun)
         return found
 
@@ -70,17 +78,16 @@ def matching(seed: int) -> Iterator[Figure]:
     )
 
 
-def search_by_arrays(points: Points, submap: Submap, where: Search) -> tuple[Pose2, float]:
+def search_by_arrays(points: Points, submap: Submap, window: Window) -> tuple[Pose2, float]:
     """The NumPy twin of Matcher.search, all of the window, without its preference for the guess."""
     raster = submap.raster
     ny, nx = (int(n) for n in raster.shapes[0])
     likelihood = raster.buffer[: ny * nx].reshape(ny, nx)
-    turns = math.ceil(where.window_rad / where.turn_step_rad)
-    reach = math.ceil(where.window_m / raster.cell_m)
+    turns, reach = window.half_turns, window.half_cells(raster.cell_m)
     shift = np.arange(-reach, reach + 1)
-    best, best_score = where.guess, -1.0
+    best, best_score = window.guess, -1.0
     for turn in range(-turns, turns + 1):
-        pose = Pose2(where.guess.x_m, where.guess.y_m, where.guess.yaw_rad + turn * where.turn_step_rad)
+        pose = window.pose(turn, 0, 0, raster.cell_m)
         ix, iy = np.floor((pose.apply(points) - raster.origin_m) / raster.cell_m).astype(np.int64).T
         rows = np.clip(iy[:, None] + shift, 0, ny - 1)[:, :, None]
         columns = np.clip(ix[:, None] + shift, 0, nx - 1)[:, None, :]

@@ -12,7 +12,8 @@ from occmap.localization.matcher import Match, Matcher
 from occmap.localization.positive import Positive
 from occmap.localization.submap import Submap, share_seen_through
 from occmap.localization.surfel_map import Cloud
-from occmap.localization.window_search import Window, WindowSearch
+from occmap.localization.window import Window
+from occmap.localization.window_search import WindowSearch
 
 
 @dataclass(frozen=True)

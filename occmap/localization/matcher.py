@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from occmap.localization.motion import Prediction
 from occmap.localization.positive import Positive
 from occmap.localization.submap import Submap
 from occmap.localization.surfel_map import Cloud
+from occmap.localization.window import Window
 
 
 @dataclass(frozen=True)
@@ -85,26 +86,6 @@ class Match:
         return bool(least * sigma_m * sigma_m > 4.0)
 
 
-@dataclass(frozen=True)
-class Search:
-    """Where to look for the best pose, and what to expect there."""
-
-    guess: Pose2
-    window_m: float
-    """Half the width of the window, along both axes."""
-    window_rad: float
-    """How far it turns either way."""
-    turn_step_rad: float
-    sigma_m: float = math.inf
-    """How far from the guess the pose may well be; finite, it costs score to be farther."""
-    sigma_rad: float = math.inf
-    least_score: float = -1.0
-    """Poses that score less do not count; the higher, the faster."""
-    shun: Pose2 | None = None
-    """Nor do those within shun_m of this one."""
-    shun_m: float = 0.0
-
-
 class Matcher:
     """Olson 2009 for the search; point-to-line Gauss-Newton (Censi 2008) for the last centimetre."""
 
@@ -157,7 +138,7 @@ class Matcher:
 
     def _score(self, points: Points, submap: Submap, pose: Pose2) -> float:
         """How well points fit the raster at one pose: mean likelihood, 0 to 1."""
-        return self.search(points, submap, Search(pose, 0.0, 0.0, 1.0))[1]
+        return self.search(points, submap, Window(pose, 0.0, 0.0, 1.0))[1]
 
     def _second_look(
         self, cloud: Cloud, submap: Submap, guess: Pose2, prior: NDArray[np.float64], first: Match
@@ -168,7 +149,7 @@ class Matcher:
         if len(apart) == 0:
             return first
         turn_step = angle_step(apart, 2.0 * submap.raster.cell_m)
-        found, _ = self.search(apart, submap, Search(guess, c.second_look_m, c.second_look_rad, turn_step))
+        found, _ = self.search(apart, submap, Window(guess, c.second_look_m, c.second_look_rad, turn_step))
         second = self.refine(cloud, submap, found, guess, 0.01 * prior)
         gain = max(c.second_gain, c.second_gain_sigmas * by_chance(cloud))
         return second if second.fit > first.fit + gain else first
@@ -180,36 +161,36 @@ class Matcher:
         if len(apart) == 0:
             return True
         step = angle_step(apart, 2.0 * submap.raster.cell_m)
-        _, score = self.search(apart, submap, Search(found, c.rival_m, step, step))
+        _, score = self.search(apart, submap, Window(found, c.rival_m, step, step))
         nearly = c.rival_share * score
-        wide = Search(found, prediction.window_m, prediction.window_rad, step, least_score=nearly, shun=found)
-        return self.search(apart, submap, replace(wide, shun_m=c.rival_m))[1] > nearly
+        wide = Window(found, prediction.window_m, prediction.window_rad, step, nearly, found, c.rival_m)
+        return self.search(apart, submap, wide)[1] > nearly
 
     def _track(self, points: Points, submap: Submap, guess: Pose2, prediction: Prediction) -> Pose2:
         """The best pose on the raster near the guess, weighed against the prediction."""
         apart = self.thinned(points, self.config.spacing_m)
         if len(apart) == 0:
             return guess
-        where = Search(
-            guess,
-            prediction.window_m,
-            prediction.window_rad,
-            angle_step(points, submap.raster.cell_m),
-            prediction.sigma_m,
-            prediction.sigma_rad,
-        )
-        return self.search(apart, submap, where)[0]
+        step = angle_step(points, submap.raster.cell_m)
+        window = Window(guess, prediction.window_m, prediction.window_rad, step)
+        return self.search(apart, submap, window, prediction.sigma_m, prediction.sigma_rad)[0]
 
-    def search(self, points: Points, submap: Submap, where: Search) -> tuple[Pose2, float]:
-        """Best pose on the raster and its score (mean likelihood, 0 to 1); least_score if there is none."""
+    def search(
+        self,
+        points: Points,
+        submap: Submap,
+        window: Window,
+        sigma_m: float = math.inf,
+        sigma_rad: float = math.inf,
+    ) -> tuple[Pose2, float]:
+        """Best pose on the raster and its score (mean likelihood, 0 to 1); least_score if there is none.
+
+        sigma: how far from the guess the pose may well be; finite, it costs score to be farther.
+        """
         from occmap.localization import search_kernels
 
-        raster, guess, whole = submap.raster, where.guess, 255.0 * len(points)
+        raster, guess, whole = submap.raster, window.guess, 255.0 * len(points)
         few = 255.0 * max(len(points), self.config.many_points)
-        shun = np.array([0, 0, -1])
-        if where.shun is not None:
-            offset = np.array(where.shun.position) - np.array(guess.position)
-            shun = np.round(np.array([*offset, where.shun_m]) / raster.cell_m).astype(np.int64)
         turn, x, y, score = search_kernels.search(
             raster.buffer,
             raster.starts,
@@ -218,21 +199,16 @@ class Matcher:
             *raster.origin_m,
             1.0 / raster.cell_m,
             np.array([guess.x_m, guess.y_m, guess.yaw_rad]),
-            math.ceil(where.window_rad / where.turn_step_rad),
-            where.turn_step_rad,
-            math.ceil(where.window_m / raster.cell_m),
-            few * self.config.prior_cost * (raster.cell_m / where.sigma_m) ** 2,
-            few * self.config.prior_cost * (where.turn_step_rad / where.sigma_rad) ** 2,
+            window.half_turns,
+            window.turn_step_rad,
+            window.half_cells(raster.cell_m),
+            few * self.config.prior_cost * (raster.cell_m / sigma_m) ** 2,
+            few * self.config.prior_cost * (window.turn_step_rad / sigma_rad) ** 2,
             few * self.config.prior_cap,
-            whole * where.least_score,
-            shun,
+            whole * window.least_score,
+            window.shunned(raster.cell_m),
         )
-        best = Pose2(
-            guess.x_m + x * raster.cell_m,
-            guess.y_m + y * raster.cell_m,
-            guess.yaw_rad + turn * where.turn_step_rad,
-        )
-        return best, score / whole
+        return window.pose(turn, x, y, raster.cell_m), score / whole
 
     def fit_at(self, cloud: Cloud, submap: Submap, pose: Pose2) -> float:
         """Share of the points that lie on the map at just this pose."""

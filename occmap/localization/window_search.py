@@ -3,32 +3,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from occmap.geometry import Points, Pose2
 from occmap.localization.likelihood_pyramid import LikelihoodPyramid, top_blocks
+from occmap.localization.window import Window
 
 NOWHERE_LIKELIER = (0.0, 0.0, 0.0)
 """What shifts and turns cost: what is looked for may be anywhere in the window."""
-
-
-@dataclass(frozen=True)
-class Window:
-    """Where to look for the best pose, and what to expect there."""
-
-    guess: Pose2
-    half_width_m: float
-    half_turn_rad: float
-    turn_step_rad: float
-    least_score: float
-    """Poses that score less do not count; the higher, the faster."""
-    shun: Pose2 | None = None
-    """Nor do those within shun_m of this one."""
-    shun_m: float = 0.0
-    any_will_do: bool = False
-    """The search is over with the first pose that counts, be it the best one or not."""
 
 
 class WindowSearch:
@@ -43,28 +26,21 @@ class WindowSearch:
         self.is_done = len(points) == 0
         self._points = points
         self._cell_m, self._origin_m = raster.cell_m, raster.origin_m
-        self._half_angles = math.ceil(window.half_turn_rad / window.turn_step_rad)
-        self._half_cells = math.ceil(window.half_width_m / raster.cell_m)
+        self._half_angles = window.half_turns
+        self._half_cells = window.half_cells(raster.cell_m)
         self._top, blocks = top_blocks(self._half_cells)
         self._bounds = np.empty((2 * self._half_angles + 1, blocks, blocks))
         self._angles_bounded = 0
         self._order = np.empty(0, np.int64)
         self._next = 0
         self._best = np.array([0.0, 0.0, 0.0, math.floor(255.0 * len(points) * window.least_score)])
-        self._shun = np.array([0, 0, -1])
-        if window.shun is not None:
-            offset = np.array(window.shun.position) - np.array(window.guess.position)
-            self._shun = np.round(np.array([*offset, window.shun_m]) / raster.cell_m).astype(np.int64)
+        self._shun = window.shunned(raster.cell_m)
 
     @property
     def best(self) -> Pose2:
         """The best pose so far."""
-        guess, (turn, x, y, _) = self.window.guess, self._best.tolist()
-        return Pose2(
-            guess.x_m + x * self._cell_m,
-            guess.y_m + y * self._cell_m,
-            guess.yaw_rad + turn * self.window.turn_step_rad,
-        )
+        turn, x, y, _ = self._best.tolist()
+        return self.window.pose(turn, x, y, self._cell_m)
 
     @property
     def score(self) -> float:

@@ -5,10 +5,11 @@ import pytest
 
 from occmap.geometry import Pose2
 from occmap.localization.likelihood_pyramid import LikelihoodPyramid
-from occmap.localization.matcher import Matcher, Search
+from occmap.localization.matcher import Matcher
 from occmap.localization.submap import Submap, SubmapConfig
 from occmap.localization.surfel_map import Cloud
-from occmap.localization.window_search import Window, WindowSearch
+from occmap.localization.window import Window
+from occmap.localization.window_search import WindowSearch
 from tests.occmap.kinematic_world import room
 from tests.occmap.localization.drives import scan_at
 
@@ -41,10 +42,9 @@ def _searched(points, raster, window, work=10**9):
 
 
 def test_it_finds_what_the_search_at_once_finds(submap, points):
-    where = Search(Pose2(0.1, -0.2, 0.1), 1.5, 0.6, 0.02)
-    window = Window(where.guess, where.window_m, where.window_rad, where.turn_step_rad, 0.1)
+    window = Window(Pose2(0.1, -0.2, 0.1), 1.5, 0.6, 0.02, 0.1)
     search, _ = _searched(points, submap.raster, window)
-    pose, score = Matcher().search(points, submap, where)
+    pose, score = Matcher().search(points, submap, window)
     assert search.found
     assert (search.best, search.score) == (pose, pytest.approx(score))
 
