@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
+
+from occmap.config_checks import Positive
 
 
 @dataclass(frozen=True)
-class Body:
+class Body(Positive):
     """A round differential drive: how large it is, and what its motors allow."""
 
     radius_m: float = 0.17
@@ -22,8 +23,3 @@ class Body:
     """The base's ramp for turning."""
     period_s: float = 0.1
     """A command stands for so long: until the next scan."""
-
-    def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            if not 0.0 < value < math.inf:
-                raise ValueError(f"{name} must be positive, got {value}")

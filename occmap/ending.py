@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from occmap.config_checks import NeverNegative
 from occmap.decision import Status
 from occmap.geometry import Pose2
 from occmap.grid import OccupancyGrid
@@ -23,7 +24,7 @@ ROUNDING_S = 1e-6
 
 
 @dataclass(frozen=True)
-class EndingConfig:
+class EndingConfig(NeverNegative):
     """How sure the robot is before it calls itself done."""
 
     confirm_s: float = 1.0
@@ -34,11 +35,6 @@ class EndingConfig:
     """This often a flood goes farther than the next goal requires: what is in reach is worth remembering."""
     survey_m: float = 16.0
     """How far it goes at least where no goal is sought."""
-
-    def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            if not (math.isfinite(value) and value >= 0.0):
-                raise ValueError(f"{name} must not be negative, got {value}")
 
 
 class Ending:

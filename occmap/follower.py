@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from occmap.body import Body
+from occmap.config_checks import NeverNegative
 from occmap.geometry import Pose2, Twist2, wrap_angle
 from occmap.grid import OccupancyGrid
 from occmap.path import Path
@@ -18,7 +19,7 @@ from occmap.way import Drive, Way
 
 
 @dataclass(frozen=True)
-class FollowerConfig:
+class FollowerConfig(NeverNegative):
     """How a differential drive follows a path."""
 
     slow_speed_mps: float = 0.12
@@ -59,8 +60,10 @@ class FollowerConfig:
     """This near to its end a path has been driven."""
 
     def __post_init__(self) -> None:
-        if not self.slow_speed_mps > 0.0:
-            raise ValueError(f"slow_speed_mps must be positive, got {self.slow_speed_mps}")
+        super().__post_init__()
+        for name in ("slow_speed_mps", "braking_mps2", "bend_turn_radps", "arrive_within_m"):
+            if getattr(self, name) == 0.0:
+                raise ValueError(f"{name} must be positive, got 0.0")
         if not 0.0 < self.nearest_aim_m <= self.farthest_aim_m:
             raise ValueError(
                 f"need 0 < nearest_aim_m <= farthest_aim_m, got {self.nearest_aim_m}, {self.farthest_aim_m}"

@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from occmap.config_checks import NeverNegative
 from occmap.pursuit import LEARNT_M2
 
 
 @dataclass(frozen=True)
-class PaceConfig:
+class PaceConfig(NeverNegative):
     """When the explorer thinks again."""
 
     first_look_s: float = 0.5
@@ -18,11 +19,6 @@ class PaceConfig:
     """While a goal is good, its rivals are weighed this often."""
     reconsider_nook_s: float = 10.0
     """A nook has no rivals but other nooks: it is weighed less often."""
-
-    def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            if not (math.isfinite(value) and value >= 0.0):
-                raise ValueError(f"{name} must not be negative, got {value}")
 
 
 class Pace:

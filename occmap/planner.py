@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 from occmap.barred import BarredGaps, Gap, gap_at
 from occmap.body import Body
 from occmap.boundary import Boundary
+from occmap.config_checks import NeverNegative
 from occmap.escape import way_out
 from occmap.geometry import Pose2
-from occmap.grid import Cells, OccupancyGrid
+from occmap.grid import Belief, Cells, OccupancyGrid
 from occmap.path import Path
 from occmap.search import SearchMemory, SearchRequest
 from occmap.slices import Sliced
@@ -29,7 +30,7 @@ GAP_AHEAD_M = 0.6
 
 
 @dataclass(frozen=True)
-class PlannerConfig:
+class PlannerConfig(NeverNegative):
     """How close to obstacles the robot plans."""
 
     comfortable_margin_m: float = 0.09
@@ -53,6 +54,7 @@ class PlannerConfig:
     """If no more than this is in reach, the robot may be on an island made by noise: look for a mainland."""
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if not 0.0 <= self.keep_margin_m < self.comfortable_margin_m < self.roomy_margin_m:
             raise ValueError(
                 "need 0 <= keep_margin_m < comfortable_margin_m < roomy_margin_m, got "
@@ -107,7 +109,7 @@ class Planner:
     ) -> NDArray[np.bool_]:
         """(ny, nx) free cells with the body's radius and a margin (default: comfortable) of clearance."""
         margin = self.config.comfortable_margin_m if margin_m is None else margin_m
-        return (grid.state == 1) & (clearance_m >= np.float32(self.body.radius_m + margin - 1e-4))
+        return (grid.state == Belief.FREE) & (clearance_m >= np.float32(self.body.radius_m + margin - 1e-4))
 
     def terrain(self, grid: OccupancyGrid, clearance_m: NDArray[np.float32]) -> Terrain:
         """The map as the searches see it."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from occmap.config_checks import NeverNegative
 from occmap.decision import Reason
 from occmap.follower import Steering
 from occmap.geometry import Pose2, Twist2
@@ -24,7 +25,7 @@ LEARNT_M2 = 0.25
 
 
 @dataclass(frozen=True)
-class PursuitConfig:
+class PursuitConfig(NeverNegative):
     """How long a goal is worth pursuing."""
 
     look_s: float = 0.6
@@ -50,9 +51,7 @@ class PursuitConfig:
     """A look that made so many cells around its frontier known was not in vain."""
 
     def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            if not (math.isfinite(value) and value >= 0.0):
-                raise ValueError(f"{name} must not be negative, got {value}")
+        super().__post_init__()
         if self.slowest_mps == 0.0:
             raise ValueError("slowest_mps must be positive, got 0.0")
 

@@ -8,12 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from occmap.config_checks import Positive
 from occmap.geometry import Pose2, Twist2, wrap_angle
 from occmap.scan import Observation, Scan
 
 
 @dataclass(frozen=True)
-class StuckConfig:
+class StuckConfig(Positive):
     """When to believe that the robot does not move."""
 
     window_s: float = 2.0
@@ -35,11 +36,6 @@ class StuckConfig:
     of two ranges, 2 cm and 0.5 % each."""
     same_share: float = 0.9
     """Share of beams unchanged from which on two scans are the same view."""
-
-    def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            if not (math.isfinite(value) and value > 0.0):
-                raise ValueError(f"{name} must be positive, got {value}")
 
 
 @dataclass(frozen=True, slots=True)

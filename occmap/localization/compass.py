@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from occmap.config_checks import Positive
 from occmap.geometry import Pose2
 from occmap.localization.pose_graph import Loss, PoseGraph
-from occmap.localization.positive import Positive
 from occmap.localization.submap import Submap
 
 QUARTER = 0.5 * math.pi

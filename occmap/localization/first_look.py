@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from occmap.config_checks import Positive
 from occmap.geometry import Pose2
 from occmap.localization.long_look import LongLook
 from occmap.localization.matcher import Match, Matcher, by_chance
-from occmap.localization.positive import Positive
 from occmap.localization.submap import Submap
 from occmap.localization.surfel_map import Cloud
 from occmap.scan import Scan

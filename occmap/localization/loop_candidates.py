@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from occmap.config_checks import Positive
 from occmap.localization.pose_graph import PoseGraph
-from occmap.localization.positive import Positive
 
 Floats = NDArray[np.float64]
 

@@ -9,12 +9,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from occmap.config_checks import Positive
 from occmap.geometry import Points, Pose2
 from occmap.localization.loop_candidates import Candidate, CandidateConfig, candidates
 from occmap.localization.loop_comparison import Comparison, ComparisonConfig, centre_of_sight
 from occmap.localization.matcher import Match, Matcher, axes
 from occmap.localization.pose_graph import Loss, PoseGraph
-from occmap.localization.positive import Positive
 from occmap.localization.submap import Submap
 
 

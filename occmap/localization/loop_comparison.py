@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from occmap.config_checks import Positive
 from occmap.geometry import Points, Pose2
 from occmap.localization.loop_candidates import Candidate
 from occmap.localization.matcher import Match, Matcher
-from occmap.localization.positive import Positive
 from occmap.localization.submap import Submap, share_seen_through
 from occmap.localization.surfel_map import Cloud
 from occmap.localization.window import Window

@@ -7,13 +7,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from occmap.config_checks import Positive
 from occmap.geometry import Pose2
 from occmap.grid import OccupancyGrid
 from occmap.localization.localizer import Estimate
 from occmap.localization.matcher import Matcher
 from occmap.localization.motion import MotionModel
 from occmap.localization.place_search import PlaceSearch, PlaceSearchConfig
-from occmap.localization.positive import Positive
 from occmap.localization.slam import SlamLocalizer
 from occmap.localization.surfel_map import Cloud
 from occmap.localization.undistortion import undistorted

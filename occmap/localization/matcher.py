@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from occmap.config_checks import Positive
 from occmap.geometry import Points, Pose2
 from occmap.localization.motion import Prediction
-from occmap.localization.positive import Positive
 from occmap.localization.submap import Submap
 from occmap.localization.surfel_map import Cloud
 from occmap.localization.window import Window

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
+from occmap.config_checks import Positive
 from occmap.geometry import Pose2, wrap_angle
-from occmap.localization.positive import Positive
 from occmap.localization.wheel_scale import WheelScale, WheelScaleConfig
 from occmap.scan import Observation
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from occmap.config_checks import Positive
 from occmap.geometry import Pose2, wrap_angle
 from occmap.localization.matcher import Matcher
-from occmap.localization.positive import Positive
 from occmap.localization.submap import Submap
 from occmap.localization.surfel_map import Cloud
 from occmap.localization.window import Window

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from occmap.config_checks import Positive
 from occmap.geometry import Points, Pose2
 from occmap.localization.likelihood_pyramid import LikelihoodPyramid
-from occmap.localization.positive import Positive
 from occmap.localization.surfel_map import Cloud, Corner, PackedSurfels, SurfelMap
 from occmap.scan import Scan
 

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from occmap.config_checks import Positive
 from occmap.geometry import Pose2
 from occmap.grid import GridConfig, OccupancyGrid
 from occmap.localization.box import Box
 from occmap.localization.map_rebuild import MapRebuild, displacement_m
 from occmap.localization.mapped_scans import MappedScan, MappedScans
-from occmap.localization.positive import Positive
 from occmap.localization.tracked import Tracked
 from occmap.mapper import Mapper
 from occmap.scan import Scan

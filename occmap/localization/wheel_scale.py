@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from occmap.config_checks import Positive
 from occmap.geometry import Pose2
-from occmap.localization.positive import Positive
 
 
 @dataclass(frozen=True)

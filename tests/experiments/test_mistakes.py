@@ -20,6 +20,8 @@ MISTAKES = {
     "negative lambda": (["--lambda", "-1"], "lambda"),
     "negative noise": (["--noise-scale", "-1"], "noise_scale"),
     "thresholds crossed": (["--map.free-below", "0.8"], "free_below"),
+    "negative braking": (["--follower.braking-mps2", "-1"], "braking_mps2"),
+    "a margin nan": (["--planner.wall-blur-m", "nan"], "wall_blur_m"),
     "no time": (["--time-limit-s", "0"], "time_limit_s"),
     "a building too small": (["--building.size-m", "1", "1"], "at least"),
     "start outside": (["--start", "-50", "0", "0"], "outside"),
