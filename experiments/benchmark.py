@@ -14,7 +14,7 @@ from typing import Literal, get_args
 
 import tyro
 
-from experiments.benchmark_figure import Figure, compared, ratio
+from experiments.benchmarking.figure import Figure, compared, ratio
 
 Part = Literal["loop", "recording", "kernels", "matching", "planner", "start", "memory", "sweep", "large"]
 
@@ -34,35 +34,35 @@ class Benchmark:
 
 def loop(seed: int) -> Iterator[Figure]:
     """The default office from beginning to end."""
-    from experiments import benchmark_loop
+    from experiments.benchmarking import loop as part
 
-    yield from benchmark_loop.loop(seed)
+    yield from part.loop(seed)
 
 
 def recording(seed: int) -> Iterator[Figure]:
     """The beginning of it, recorded."""
-    from experiments import benchmark_loop
+    from experiments.benchmarking import loop as part
 
-    yield from benchmark_loop.recording(seed)
+    yield from part.recording(seed)
 
 
 def kernels(seed: int) -> Iterator[Figure]:
     """What each scan of the same office costs the map."""
-    from experiments.benchmark_layers import layers
+    from experiments.benchmarking.layers import layers
 
     yield from layers(seed)
 
 
 def matching(seed: int) -> Iterator[Figure]:
     """What finding a scan in the map costs."""
-    from experiments import benchmark_matching
+    from experiments.benchmarking import matching as part
 
-    yield from benchmark_matching.matching(seed)
+    yield from part.matching(seed)
 
 
 def planner(seed: int) -> Iterator[Figure]:
     """Corner to corner on 800 x 800 cells with costs."""
-    from experiments.benchmark_planner import benchmark_planner
+    from experiments.benchmarking.planner import benchmark_planner
 
     speed = benchmark_planner(seed=seed)
     yield Figure("A* corner to corner, 800 x 800", speed.a_star_ms, "ms")
@@ -75,23 +75,23 @@ def planner(seed: int) -> Iterator[Figure]:
 
 def start(seed: int) -> Iterator[Figure]:
     """From nothing to the first scan."""
-    from experiments import benchmark_process
+    from experiments.benchmarking import process as part
 
-    yield from benchmark_process.start()
+    yield from part.start()
 
 
 def memory(seed: int) -> Iterator[Figure]:
     """A large office."""
-    from experiments import benchmark_process
+    from experiments.benchmarking import process as part
 
-    yield from benchmark_process.memory(seed)
+    yield from part.memory(seed)
 
 
 def sweep(seed: int) -> Iterator[Figure]:
     """Apartments, one and two at a time."""
-    from experiments import benchmark_sweep
+    from experiments.benchmarking import sweep as part
 
-    yield from benchmark_sweep.throughput(seed)
+    yield from part.throughput(seed)
 
 
 def large(seed: int) -> Iterator[Figure]:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from experiments.benchmark_figure import Figure
+from experiments.benchmarking.figure import Figure
 from experiments.config import ExperimentConfig
 from experiments.episode import episode
 from experiments.experiment import prepare

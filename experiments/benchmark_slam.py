@@ -97,8 +97,8 @@ def log_row(path: Path) -> str:
     """Map one log and say what came of it."""
     from experiments.logs.log import read_log
     from experiments.relations import read_relations, score_relations
-    from experiments.replay_results import quantiles_ms
-    from experiments.replaying import ReplayConfig, replay
+    from experiments.replaying.results import quantiles_ms
+    from experiments.replaying.runner import ReplayConfig, replay
 
     name = path.name.split(".")[0]
     relations_file = path.with_name(f"{name}.relations")

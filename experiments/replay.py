@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from experiments.exit_status import INTERRUPTED, MISTAKE
-from experiments.replay_localizers import ReplayLocalizer, make_localizer
-from experiments.replay_states import StateOptions, make_from_state
-from experiments.replaying import ReplayConfig, Replayed, ReplayRecorder, replay
+from experiments.replaying.localizers import ReplayLocalizer, make_localizer
+from experiments.replaying.runner import ReplayConfig, Replayed, ReplayRecorder, replay
+from experiments.replaying.states import StateOptions, make_from_state
 from experiments.signals import StopRequest
 
 if TYPE_CHECKING:
@@ -109,7 +109,7 @@ def facts(log: RecordedLog) -> str:
 def recorders_of(command: Command, log: RecordedLog, folder: RunFolder) -> list[ReplayRecorder]:
     """Those that the command asks for."""
     from experiments import run_folder
-    from experiments.replay_progress import ReplayProgress
+    from experiments.replaying.progress import ReplayProgress
 
     watchers: list[ReplayRecorder] = [ReplayProgress(log)]
     if command.record:
@@ -121,7 +121,7 @@ def recorders_of(command: Command, log: RecordedLog, folder: RunFolder) -> list[
 
 def write(replayed: Replayed, relations: Relations | None, folder: RunFolder, command: Command) -> str:
     """All files, and the figures that people look at first."""
-    from experiments.replay_results import summarise, write_results
+    from experiments.replaying.results import summarise, write_results
     from experiments.score_trajectory import relations_lines
 
     summary, score = summarise(replayed, relations, command)

@@ -92,7 +92,7 @@ def rows(path: Path, only: Sequence[str] = ()) -> Iterator[str]:
 
 def mapped(log: RecordedLog) -> tuple[SlamLocalizer, list[float]]:
     """What slam made of a log, and the stamps at which its submaps began."""
-    from experiments.replaying import live
+    from experiments.replaying.runner import live
     from occmap.localization.slam import SlamLocalizer
     from occmap.stopwatch import Stopwatch
 

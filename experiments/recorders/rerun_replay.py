@@ -20,7 +20,7 @@ from experiments.recorders.rerun_scene import (
     log_styles,
     planar_transform,
 )
-from experiments.replaying import ReplayStep
+from experiments.replaying.runner import ReplayStep
 from occmap.geometry import Points, Pose2
 from occmap.grid import GridConfig, OccupancyGrid
 from occmap.mapper import Mapper

@@ -5,8 +5,13 @@ from typing import get_args
 import numpy as np
 
 from experiments.benchmark import PARTS, Part
-from experiments.benchmark_figure import Figure, compared, ratio
-from experiments.benchmark_rivals import clearance_rivals, frontier_rivals, integrate_by_arrays, milliseconds
+from experiments.benchmarking.figure import Figure, compared, ratio
+from experiments.benchmarking.rivals import (
+    clearance_rivals,
+    frontier_rivals,
+    integrate_by_arrays,
+    milliseconds,
+)
 
 
 def test_every_part_can_be_measured():

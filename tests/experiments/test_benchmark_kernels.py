@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from experiments.benchmark_kernels import CTwin, TimedMapper, time_kernels
+from experiments.benchmarking.kernels import CTwin, TimedMapper, time_kernels
 from occmap.geometry import Pose2
 from occmap.grid import OccupancyGrid
 from occmap.scan import Scan

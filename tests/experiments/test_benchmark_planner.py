@@ -3,7 +3,13 @@
 import numpy as np
 import pytest
 
-from experiments.benchmark_planner import benchmark_planner, compile_twin, csgraph_flood, office, twin_search
+from experiments.benchmarking.planner import (
+    benchmark_planner,
+    compile_twin,
+    csgraph_flood,
+    office,
+    twin_search,
+)
 from occmap.planner import Planner
 from occmap.search import SearchMemory, SearchRequest
 

@@ -8,8 +8,8 @@ import pytest
 
 from experiments.logs.log import read_log
 from experiments.replay import main
-from experiments.replay_localizers import MotionFilter
-from experiments.replaying import ReplayConfig, free_no_returns, hits_alone, no_returns_alone, replay
+from experiments.replaying.localizers import MotionFilter
+from experiments.replaying.runner import ReplayConfig, free_no_returns, hits_alone, no_returns_alone, replay
 from experiments.tum_file import read_tum
 from occmap.geometry import Pose2
 from occmap.grid import Belief, OccupancyGrid

@@ -8,7 +8,7 @@ import rerun as rr
 from rerun.chunk import RrdReader
 
 from experiments.recorders.rerun_replay import RerunReplay
-from experiments.replaying import ReplayStep
+from experiments.replaying.runner import ReplayStep
 from occmap.geometry import Pose2
 from occmap.grid import GridConfig, OccupancyGrid
 from occmap.localization import Estimate

@@ -8,7 +8,7 @@ import pytest
 from experiments.logs.log import RecordedLog, read_log
 from experiments.logs.perturbations import PERTURBATIONS
 from experiments.relations import read_relations, score_relations
-from experiments.replaying import ReplayConfig, replay
+from experiments.replaying.runner import ReplayConfig, replay
 from experiments.stress_slam import main
 from occmap.localization import SlamLocalizer
 from tests.occmap.localization.drives import RING, RING_LAP, drive, errors_m, observe

@@ -1,4 +1,4 @@
-/* The lesson's integrate_scan, as one would write it in C: what experiments/benchmark_kernels.py measures against. */
+/* The lesson's integrate_scan, as one would write it in C: what experiments/benchmarking/kernels.py measures against. */
 #include <stdint.h>
 #include <stdlib.h>
 

@@ -11,7 +11,7 @@ import numpy as np
 from experiments.config_file import to_plain
 from experiments.maps import write_belief
 from experiments.relations import Relations, RelationsScore, score_relations
-from experiments.replaying import Replayed
+from experiments.replaying.runner import Replayed
 from experiments.run_folder import SUMMARY, RunFolder
 from experiments.summary import finite, map_sha256, peak_memory_mb, versions
 from experiments.tum_file import write_tum

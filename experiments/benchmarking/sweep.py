@@ -7,7 +7,7 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
-from experiments.benchmark_figure import Figure
+from experiments.benchmarking.figure import Figure
 from experiments.sweeping.jobs import CRASHED, jobs_of
 from experiments.sweeping.matrix import Matrix
 from experiments.sweeping.pool import explore, results

@@ -9,8 +9,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from experiments.benchmark_figure import Figure
-from experiments.benchmark_sim import benchmark_sim
+from experiments.benchmarking.figure import Figure
+from experiments.benchmarking.sim import benchmark_sim
 from experiments.config import ExperimentConfig
 from experiments.episode import episode
 from experiments.experiment import Experiment, prepare

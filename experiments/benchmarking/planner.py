@@ -14,13 +14,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from experiments.benchmark_rivals import milliseconds, path_rivals
+from experiments.benchmarking.rivals import milliseconds, path_rivals
 from occmap.grid import GridConfig, OccupancyGrid
 from occmap.planner import Planner
 from occmap.search import SearchMemory, SearchRequest
 from occmap.terrain import Terrain
 
-TWIN_SOURCE = Path(__file__).with_name("planner_twin.c")
+TWIN_SOURCE = Path(__file__).with_name("planner.c")
 Job = Callable[[], object]
 
 

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 
-from experiments.benchmark_figure import Figure
+from experiments.benchmarking.figure import Figure
 
 REPEATS = 3
 HELP = "from experiments.command import parse; parse(['--help'])"

@@ -26,7 +26,7 @@ from occmap.mapper import Mapper
 from occmap.scan import Scan
 from occmap.sensor_model import SensorModelConfig
 
-C_SOURCE = Path(__file__).with_name("benchmark_kernels.c")
+C_SOURCE = Path(__file__).with_name("kernels.c")
 PosedScans = Sequence[tuple[Scan, Pose2]]
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from experiments.replay_localizers import ReplayLocalizer
+from experiments.replaying.localizers import ReplayLocalizer
 from occmap.geometry import Pose2
 from occmap.grid import GridConfig
 

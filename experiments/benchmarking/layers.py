@@ -6,9 +6,14 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from experiments.benchmark_figure import Figure, compared
-from experiments.benchmark_kernels import PosedScans, TimedMapper, seen_by, time_kernels
-from experiments.benchmark_rivals import clearance_rivals, frontier_rivals, integration_rivals, milliseconds
+from experiments.benchmarking.figure import Figure, compared
+from experiments.benchmarking.kernels import PosedScans, TimedMapper, seen_by, time_kernels
+from experiments.benchmarking.rivals import (
+    clearance_rivals,
+    frontier_rivals,
+    integration_rivals,
+    milliseconds,
+)
 from experiments.config import ExperimentConfig
 from experiments.experiment import prepare
 from occmap.grid import OccupancyGrid

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from tqdm import tqdm
 
 from experiments.logs.log import RecordedLog
-from experiments.replaying import ReplayStep
+from experiments.replaying.runner import ReplayStep
 from occmap.geometry import Pose2
 from occmap.grid import OccupancyGrid
 

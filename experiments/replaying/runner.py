@@ -13,7 +13,13 @@ import numpy as np
 
 from experiments.logs.log import RecordedLog
 from experiments.rehearsal import close_loops, garbage_left_alone
-from experiments.replay_localizers import MotionFilter, PoseSource, ReplayLocalizer, make_localizer, save_slam
+from experiments.replaying.localizers import (
+    MotionFilter,
+    PoseSource,
+    ReplayLocalizer,
+    make_localizer,
+    save_slam,
+)
 from experiments.tum_file import Trajectory
 from occmap.geometry import Pose2
 from occmap.grid import GridConfig, OccupancyGrid

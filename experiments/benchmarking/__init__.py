@@ -1,0 +1,1 @@
+"""What the parts of a run cost, each beside what it could cost: experiments.benchmark."""

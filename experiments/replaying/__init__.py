@@ -1,0 +1,1 @@
+"""Recorded logs through a localizer, and what that leaves: experiments.replay."""
