@@ -72,13 +72,13 @@ class ExperimentConfig:
     """Simulated time after which the run ends, done or not."""
     oracle: bool = False
     """Afterwards, work out how short the way could have been for somebody who knows the building."""
-    explorer: Annotated[ExplorerOptions, tyro.conf.arg(name="")] = field(default_factory=ExplorerOptions)
-    slam: Annotated[SlamConfig, tyro.conf.Suppress] = field(default_factory=SlamConfig)
     building: BuildingConfig = field(default_factory=BuildingConfig)
     lidar: LidarConfig = field(default_factory=LidarConfig)
     odometry: OdometryConfig = field(default_factory=OdometryConfig)
     robot: RobotConfig = field(default_factory=RobotConfig)
     faults: FaultsConfig = field(default_factory=FaultsConfig)
+    explorer: Annotated[ExplorerOptions, tyro.conf.arg(name="")] = field(default_factory=ExplorerOptions)
+    slam: Annotated[SlamConfig, tyro.conf.Suppress] = field(default_factory=SlamConfig)
 
     def __post_init__(self) -> None:
         if self.seed < 0:

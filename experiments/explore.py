@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from experiments.command import Command, parse
-from experiments.exit_status import INTERRUPTED, MISTAKE
+from experiments.exit_status import CTRL_C, INTERRUPTED, MISTAKE
 from experiments.signals import StopRequest
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             say(f"error: {mistake}")
             return MISTAKE
         except KeyboardInterrupt:  # asked twice: nothing is worth waiting for yet
-            return 130
+            return CTRL_C
         return explore(experiment, folder, command, stop)
 
 

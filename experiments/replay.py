@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from experiments.exit_status import INTERRUPTED, MISTAKE
+from experiments.exit_status import CTRL_C, INTERRUPTED, MISTAKE
 from experiments.replaying.localizers import ReplayLocalizer, make_localizer
 from experiments.replaying.runner import ReplayConfig, Replayed, ReplayRecorder, replay
 from experiments.replaying.states import StateOptions, make_from_state
@@ -64,7 +64,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         say(f"error: {mistake}")
         return MISTAKE
     except KeyboardInterrupt:
-        return INTERRUPTED + 2
+        return CTRL_C
     say(facts(log) + "\npreparing (a first run compiles kernels for some seconds)")
     with StopRequest() as stop:
         replayed = replay(

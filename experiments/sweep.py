@@ -21,7 +21,7 @@ import tyro
 
 from experiments import config_file
 from experiments.command import file_named
-from experiments.exit_status import INTERRUPTED, MISTAKE
+from experiments.exit_status import CTRL_C, INTERRUPTED, MISTAKE
 from experiments.signals import StopRequest
 from experiments.sweeping.matrix import Matrix
 from experiments.sweeping.recordings import Keep, record, recording_jobs, to_record
@@ -158,7 +158,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             say(f"error: {mistake}")
             return MISTAKE
         except KeyboardInterrupt:  # asked twice
-            return 130
+            return CTRL_C
         print((store.folder / TABLE).read_text(), end="")
         say(f"results in {store.folder}")
         if stop.signal is not None:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from occmap.geometry import Points, Pose2
-from occmap.grid import OccupancyGrid
+from occmap.grid import OccupancyGrid, flat_inside
 from occmap.memory import has_changed_around, known_around
 
 SAME_GAP_M = 0.15
@@ -83,10 +83,7 @@ class BarredGaps:
         bars = [gap.bar(0.5 * grid.frame.resolution_m) for gap in self._gaps if gap.is_closed]
         if not bars:
             return np.empty(0, np.int32)
-        ix, iy = grid.frame.cell_from_map(np.concatenate(bars)).T
-        ny, nx = grid.shape
-        inside = (ix >= 0) & (iy >= 0) & (ix < nx) & (iy < ny)
-        return np.unique(iy[inside] * nx + ix[inside]).astype(np.int32)
+        return flat_inside(grid.frame.cell_from_map(np.concatenate(bars)), grid.shape).astype(np.int32)
 
     def carry_over(self, new_map_from_old_map: Pose2) -> None:
         """Follow a correction of the map."""

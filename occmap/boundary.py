@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from occmap.frontiers import Frontier
 from occmap.geometry import Points
-from occmap.grid import OccupancyGrid
+from occmap.grid import OccupancyGrid, flat_inside
 
 Corners = Sequence[tuple[float, float]]
 """Metres, in order, the last joined to the first."""
@@ -76,10 +76,8 @@ class Boundary:
         """(n,) flat indices of the band's cells."""
         extent = grid.offset, grid.shape, grid.frame.resolution_m
         if extent != self._closed_in:
-            ny, nx = grid.shape
-            ix, iy = grid.frame.cell_from_map(self._band(0.5 * grid.frame.resolution_m)).T
-            held = (ix >= 0) & (iy >= 0) & (ix < nx) & (iy < ny)
-            self._closed = np.unique(iy[held] * nx + ix[held]).astype(np.int32)
+            band = grid.frame.cell_from_map(self._band(0.5 * grid.frame.resolution_m))
+            self._closed = flat_inside(band, grid.shape).astype(np.int32)
             self._closed_in = extent
         return self._closed
 

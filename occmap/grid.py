@@ -22,7 +22,6 @@ SOLID_HITS = 4
 """A cell in which so many beams ended holds a surface, whatever flew through the rest of it since. Beams that
 graze a wall take the belief of the cells that it only enters away again, far more often than they are hit."""
 
-
 MOST_SLACK_M = 25.0
 """Beyond what it must, a grid grows by no more than this on a side."""
 
@@ -188,6 +187,13 @@ class OccupancyGrid:
         self.offset = offset
         self._set_frame()
         return True
+
+
+def flat_inside(cells: Cells, shape: tuple[int, int]) -> NDArray[np.int64]:
+    """(k,) ascending flat indices of those cells (n, 2) that lie in arrays of a shape (ny, nx), each once."""
+    (ny, nx), (ix, iy) = shape, cells.T
+    inside = (ix >= 0) & (iy >= 0) & (ix < nx) & (iy < ny)
+    return np.unique(iy[inside] * nx + ix[inside])
 
 
 def moved(

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from occmap.config_checks import Positive
 from occmap.geometry import Twist2
 from occmap.scan import Observation
 
@@ -15,7 +16,7 @@ CONE_RAD = math.radians(30.0)
 
 
 @dataclass(frozen=True)
-class RecoveryConfig:
+class RecoveryConfig(Positive):
     """Backing off and turning, a few times, before the robot calls itself stuck."""
 
     attempts: int = 6
@@ -30,13 +31,6 @@ class RecoveryConfig:
     """The robot backs (or goes ahead) only while the lidar sees this much room from its centre."""
     forgive_after_s: float = 15.0
     """A robot that has driven freely for this long starts counting its attempts afresh."""
-
-    def __post_init__(self) -> None:
-        if self.attempts < 1:
-            raise ValueError(f"attempts must be at least 1, got {self.attempts}")
-        for name in ("speed_mps", "turn_radps", "leg_s", "room_m", "forgive_after_s"):
-            if not (math.isfinite(getattr(self, name)) and getattr(self, name) > 0.0):
-                raise ValueError(f"{name} must be positive, got {getattr(self, name)}")
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from occmap.grid import Cells
+from occmap.grid import Cells, flat_inside
 from occmap.lazy_arrays import lazy_zeros
 from occmap.terrain import Terrain
 
@@ -34,7 +34,7 @@ class SearchRequest:
     @staticmethod
     def flood(terrain: Terrain, targets: Cells | None, want: int | None, within_m: float) -> SearchRequest:
         """In all directions: buckets as wide as the cheapest step expand every cell once."""
-        flat = np.empty(0, np.int64) if targets is None else _flat_inside(terrain, targets)
+        flat = np.empty(0, np.int64) if targets is None else flat_inside(targets, terrain.shape)
         if want is None:
             want = len(flat) if targets is not None else NO_LIMIT
         limit = NO_LIMIT if math.isinf(within_m) else int(within_m / terrain.frame.resolution_m * 1024)
@@ -45,15 +45,7 @@ class SearchRequest:
         """To the cheapest of some goals (n, 2): finer buckets expand fewer cells twice."""
         low, high = goals.min(axis=0), goals.max(axis=0)
         box = (int(low[0]), int(low[1]), int(high[0]), int(high[1]))
-        return SearchRequest(box, 7, _flat_inside(terrain, goals), 1, NO_LIMIT)
-
-
-def _flat_inside(terrain: Terrain, cells: Cells) -> NDArray[np.int64]:
-    """Flat indices of the cells that lie in the grid, each once."""
-    ny, nx = terrain.shape
-    ix, iy = cells[:, 0], cells[:, 1]
-    inside = (ix >= 0) & (iy >= 0) & (ix < nx) & (iy < ny)
-    return np.unique(iy[inside] * nx + ix[inside])
+        return SearchRequest(box, 7, flat_inside(goals, terrain.shape), 1, NO_LIMIT)
 
 
 class SearchMemory:

@@ -46,5 +46,6 @@ def test_help_is_for_newcomers(capsys):
     said = capsys.readouterr().out
     assert exit_.value.code == 0
     assert "Drop a robot into a building it has never seen" in said
+    assert said.index("building options") < said.index("planner options")  # what a first run asks for
     assert ExperimentConfig().pose in said.partition("╭")[0]  # what happens with no options
     assert f"--building.kind {{{','.join(get_args(Kind))}}}" in said
