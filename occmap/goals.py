@@ -153,7 +153,7 @@ class GoalChooser:
         within_m: float = math.inf,
         share: float = SEEN_SHARE,
     ) -> Goal | None:
-        """A goal at the cheapest place that sees targets (n, 3), x, y and depth, from at most reach_m."""
+        """A goal at the cheapest place that sees targets (n, 5) from at most reach_m."""
         if not len(targets):
             return None
         reach = max(1, int(reach_m / grid.frame.resolution_m))
@@ -215,7 +215,7 @@ class GoalChooser:
     def _untouched_inside(
         self, mouth: Frontier, grid: OccupancyGrid, least: int, deepest: int
     ) -> NDArray[np.int64]:
-        """(n, 3) cells x, y and depth so many steps behind a mouth that no beam has ever got to."""
+        """Targets (n, 5) so many steps behind a mouth that no beam has ever got to."""
         inside = self._kernels.unknown_inside(grid.state, mouth.cells, least, deepest)
         belief = grid.log_odds[inside[:, 1], inside[:, 0]]
         return inside[np.abs(belief - grid.prior_log_odds) < 0.1]

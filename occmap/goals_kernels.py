@@ -14,6 +14,9 @@ OCCUPIED = np.uint8(Belief.OCCUPIED)
 SPECK_CELLS = 1
 """So much of the unknown may a look leave behind again. More in a row is a wall that beams only graze: a look
 through it shows nothing."""
+MOUTH_CELLS = 3
+"""A look enters the unknown no farther than this, and a quarter of its depth, from the frontier cell that it
+is meant for."""
 
 
 @kernel
@@ -22,27 +25,36 @@ def sees(state, x0, y0, x1, y1, most_unknown):
 
     Nor does a look go between two occupied cells that touch at a corner.
     """
-    return is_clear(state, x0, y0, x1, y1, most_unknown, most_unknown)
+    return enters_at(state, x0, y0, x1, y1, most_unknown, most_unknown)[0]
 
 
 @kernel
-def sees_into(state, x0, y0, x1, y1, depth):
-    """True if a look from a cell goes so many cells deep into the unknown, and through none before.
+def sees_into(state, x0, y0, targets, k):
+    """True if a look from a cell at the k-th of some targets goes into the unknown over their frontier.
 
-    A line along the edge of a shadow runs through the unknown for long: it is no look into it. O(distance).
+    targets (n, 5): an unknown cell's x and y, how deep it lies, and x and y of the frontier cell that it lies
+    behind. The look goes so deep into the unknown, through none before, and enters it near that cell: what
+    comes in elsewhere, by a dent of the same wall, does not show what is behind the frontier. Nor does a line
+    along the edge of a shadow, which runs through the unknown for long. O(distance).
     """
-    return is_clear(state, x0, y0, x1, y1, depth + depth // 4 + 1, SPECK_CELLS)
+    depth, slack = targets[k, 2], targets[k, 2] // 4
+    is_clear, x, y = enters_at(state, x0, y0, targets[k, 0], targets[k, 1], depth + slack + 1, SPECK_CELLS)
+    near = slack + MOUTH_CELLS
+    return is_clear and abs(x - targets[k, 3]) <= near and abs(y - targets[k, 4]) <= near
 
 
 @part
-def is_clear(state, x0, y0, x1, y1, most_unknown, most_left_behind):
-    """Whether a line meets nothing occupied, little unknown, and no more in a row that it leaves behind."""
+def enters_at(state, x0, y0, x1, y1, most_unknown, most_left_behind):
+    """Whether a line meets nothing occupied, little unknown, and no more in a row that it leaves behind; and
+    the cell x, y where it enters the unknown that it ends in, or the last one.
+    """
     dx, dy = abs(x1 - x0), abs(y1 - y0)
     sx = 1 if x0 < x1 else -1
     sy = 1 if y0 < y1 else -1
     error = dx - dy
     x, y = x0, y0
     unknown, in_a_row = 0, 0
+    entry_x, entry_y = x1, y1
     while x != x1 or y != y1:
         doubled = 2 * error
         was_x, was_y = x, y
@@ -54,31 +66,34 @@ def is_clear(state, x0, y0, x1, y1, most_unknown, most_left_behind):
             y += sy
         is_diagonal = x != was_x and y != was_y
         if is_diagonal and state[was_y, x] == OCCUPIED and state[y, was_x] == OCCUPIED:
-            return False
+            return False, x, y
         here = state[y, x]
         if here == OCCUPIED:
-            return False
+            return False, x, y
         if here == UNKNOWN:
+            if in_a_row == 0:
+                entry_x, entry_y = x, y
             unknown += 1
             in_a_row += 1
             if unknown > most_unknown:
-                return False
+                return False, x, y
         elif in_a_row > most_left_behind:
-            return False
+            return False, x, y
         else:
             in_a_row = 0
-    return True
+            entry_x, entry_y = x1, y1
+    return True, entry_x, entry_y
 
 
 @kernel
 def unknown_beyond(state, cells, limit, deepest):
-    """Up to `limit` cells in the unknown beyond a frontier, spread evenly along it: (k, 3), x, y and depth.
+    """Up to `limit` cells in the unknown beyond a frontier, spread evenly along it: targets (k, 5).
 
     Each lies straight beyond a frontier cell, `deepest` cells on or as far as the unknown goes.
     Unknown beside an occupied cell is a wall's rim: it is taken only where a frontier has nothing else.
     """
-    clear = np.empty((limit, 3), np.int64)
-    rim = np.empty((limit, 3), np.int64)
+    clear = np.empty((limit, 5), np.int64)
+    rim = np.empty((limit, 5), np.int64)
     n_clear, n_rim = 0, 0
     step = max(1.0, cells.shape[0] / limit)
     position = 0.5 * (step - 1.0)
@@ -90,17 +105,20 @@ def unknown_beyond(state, cells, limit, deepest):
             if depth == 0:
                 continue
             if not beside_occupied(state, x + dx, y + dy):
-                clear[n_clear, 0], clear[n_clear, 1], clear[n_clear, 2] = (
-                    x + depth * dx,
-                    y + depth * dy,
-                    depth,
-                )
+                put_target(clear[n_clear], x, y, dx, dy, depth)
                 n_clear += 1
                 break
             if n_rim < limit:
-                rim[n_rim, 0], rim[n_rim, 1], rim[n_rim, 2] = x + depth * dx, y + depth * dy, depth
+                put_target(rim[n_rim], x, y, dx, dy, depth)
                 n_rim += 1
     return clear[:n_clear] if n_clear else rim[:n_rim]
+
+
+@part
+def put_target(target, x, y, dx, dy, depth):
+    """Note the cell so many steps behind a frontier's: see `sees_into`."""
+    target[0], target[1], target[2] = x + depth * dx, y + depth * dy, depth
+    target[3], target[4] = x, y
 
 
 @part
@@ -129,7 +147,7 @@ def beside_occupied(state, x, y):
 
 @kernel
 def find_viewpoint(state, cost, exact_below, targets, needed, reach_cells, stride):
-    """The cheapest reached cell from which at least `needed` of the targets are in line of sight.
+    """The cheapest reached cell from which at least `needed` of the targets (n, 5) are in line of sight.
 
     The body gets to cells that cost less than `exact_below`. Returns (ix, iy), or (-1, -1) if no cell
     sees enough within reach. Cost: one look-up a candidate, and lines of sight only for candidates that
@@ -157,9 +175,9 @@ def find_viewpoint(state, cost, exact_below, targets, needed, reach_cells, strid
                 for k in range(n):
                     if seen + n - k < needed:
                         break
-                    tx, ty, depth = targets[k, 0], targets[k, 1], targets[k, 2]
-                    near = (tx - x) * (tx - x) + (ty - y) * (ty - y) <= reach_squared
-                    if near and sees_into(state, x, y, tx, ty, depth):
+                    away_x, away_y = targets[k, 0] - x, targets[k, 1] - y
+                    near = away_x * away_x + away_y * away_y <= reach_squared
+                    if near and sees_into(state, x, y, targets, k):
                         seen += 1
                         if seen >= needed:
                             best, best_x, best_y = cost[y, x], x, y
@@ -233,18 +251,18 @@ def share_beside_unknown(state, cells):
 
 @kernel
 def unknown_inside(state, cells, least, deepest):
-    """Cells deep in the unknown behind a narrow mouth, (k, 3), x, y and depth in steps.
+    """Cells deep in the unknown behind a narrow mouth: targets (k, 5), their depth in steps.
 
     From every cell of the mouth straight on in each of eight directions, `deepest` steps or as far as
     the unknown goes, and at least `least`: whichever way a slit runs, one of them is within 22.5 degrees.
     """
-    found = np.empty((8 * cells.shape[0], 3), np.int64)
+    found = np.empty((8 * cells.shape[0], 5), np.int64)
     n = 0
     for k in range(cells.shape[0]):
         x, y = cells[k, 0], cells[k, 1]
         for dx, dy in ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, 1), (1, -1), (-1, -1)):
             depth = unknown_depth(state, x, y, dx, dy, deepest)
             if depth >= least:
-                found[n, 0], found[n, 1], found[n, 2] = x + depth * dx, y + depth * dy, depth
+                put_target(found[n], x, y, dx, dy, depth)
                 n += 1
     return found[:n]

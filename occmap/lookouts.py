@@ -21,7 +21,7 @@ class Sight:
 
     frontier: Frontier
     targets: NDArray[np.int64]
-    """(k, 3) unknown cells beyond it that sample it, x, y and how deep they lie."""
+    """(k, 5) unknown cells beyond it that sample it: see `goals_kernels.sees_into`."""
     reach_cells: int
     """From no farther than this."""
 

@@ -72,9 +72,9 @@ def nearest_block(state, coarse_state, side, x, y, reach, most_unknown):
 def watchers(state, clearance_m, side, cost_m, targets, ends, reach, share):
     """Which blocks see into which frontiers: pairs (n, 2) of a block's flat index and a frontier's.
 
-    cost_m (ny, nx) is to blocks, inf where nobody gets; targets (m, 3), x, y and depth, are the frontiers'
-    in turn, up to ends (k,); reach (k,) in cells. A block sees a frontier if at least `share` of its targets
-    are in line of sight from the roomiest of the block's cells. O(frontiers x blocks in reach) lines.
+    cost_m (ny, nx) is to blocks, inf where nobody gets; targets (m, 5), as for `sees_into`, are the
+    frontiers' in turn, up to ends (k,); reach (k,) in cells. A block sees a frontier if at least `share` of
+    its targets are in line of sight from the block's roomiest cell. O(frontiers x blocks in reach) lines.
     """
     ny, nx = cost_m.shape
     pairs = np.empty((256, 2), np.int64)
@@ -87,7 +87,7 @@ def watchers(state, clearance_m, side, cost_m, targets, ends, reach, share):
         first = ends[k]
         needed = max(1, math.ceil(share * mine.shape[0]))
         x_low, x_high, y_low, y_high = nx * side, 0, ny * side, 0
-        for x, y, _ in mine:
+        for x, y in mine[:, :2]:
             x_low, x_high, y_low, y_high = min(x_low, x), max(x_high, x), min(y_low, y), max(y_high, y)
         for by in range(max(0, (y_low - reach[k]) // side), min(ny, (y_high + reach[k]) // side + 1)):
             for bx in range(max(0, (x_low - reach[k]) // side), min(nx, (x_high + reach[k]) // side + 1)):
@@ -100,9 +100,9 @@ def watchers(state, clearance_m, side, cost_m, targets, ends, reach, share):
                 for j in range(mine.shape[0]):
                     if seen >= needed or seen + mine.shape[0] - j < needed:
                         break
-                    tx, ty, depth = mine[j, 0], mine[j, 1], mine[j, 2]
-                    near = (tx - x) * (tx - x) + (ty - y) * (ty - y) <= reach[k] * reach[k]
-                    seen += near and sees_into(state, x, y, tx, ty, depth)
+                    away_x, away_y = mine[j, 0] - x, mine[j, 1] - y
+                    near = away_x * away_x + away_y * away_y <= reach[k] * reach[k]
+                    seen += near and sees_into(state, x, y, mine, j)
                 if seen >= needed:
                     if n == pairs.shape[0]:
                         fewer, pairs = pairs, np.empty((2 * n, 2), np.int64)

@@ -54,19 +54,31 @@ def test_a_look_equals_its_twin():
     assert 100 < sum(answers) < 1900
 
 
-def sees_into_twin(state, x0, y0, x1, y1, depth):
-    met = "".join("#?."[[2, 0, 1].index(state[y, x])] for x, y in line(x0, y0, x1, y1))
-    return sees_twin(state, x0, y0, x1, y1, depth + depth // 4 + 1) and "??." not in met
+def sees_into_twin(state, x0, y0, target):
+    x1, y1, depth, *mouth = (int(value) for value in target)
+    cells = line(x0, y0, x1, y1)
+    met = "".join("?.#"[state[y, x]] for x, y in cells)
+    first = len(met.rstrip("?"))  # of the unknown at its end
+    entry = cells[first] if first < len(cells) else (x1, y1)
+    is_clear = sees_twin(state, x0, y0, x1, y1, depth + depth // 4 + 1) and "??." not in met
+    return is_clear and np.abs(np.subtract(entry, mouth)).max() <= depth // 4 + kernels.MOUTH_CELLS
+
+
+def sees_into(state, x0, y0, *target):
+    return kernels.sees_into(state, x0, y0, np.array([target]), 0)
 
 
 def test_a_look_into_the_unknown_equals_its_twin():
     rng, state = np.random.default_rng(2), some_state(0, p=(0.25, 0.72, 0.03))
+    targets = np.column_stack(
+        (*rng.integers(0, (50, 40), (2000, 2)).T, rng.integers(1, 8, 2000), np.zeros((2000, 2), int))
+    )
+    targets[:, 3:] = targets[:, :2] + rng.integers(-5, 6, (2000, 2))
     answers = []
-    for _ in range(2000):
-        (x0, x1), (y0, y1) = rng.integers(0, 50, 2).tolist(), rng.integers(0, 40, 2).tolist()
-        depth = int(rng.integers(1, 8))
-        answers.append(kernels.sees_into(state, x0, y0, x1, y1, depth))
-        assert answers[-1] == sees_into_twin(state, x0, y0, x1, y1, depth)
+    for k, target in enumerate(targets):
+        x0, y0 = rng.integers(0, (50, 40)).tolist()
+        answers.append(kernels.sees_into(state, x0, y0, targets, k))
+        assert answers[-1] == sees_into_twin(state, x0, y0, target)
     assert 50 < sum(answers) < 1900
 
 
@@ -75,10 +87,25 @@ def test_no_look_goes_through_a_wall_that_beams_have_only_grazed():
     state = ascii_state("""....#.......?
                            ....??......?
                            ....?.......?""")
-    assert not kernels.sees_into(state, 0, 1, 12, 1, 4)
-    assert kernels.sees_into(state, 6, 1, 12, 1, 4)
-    assert kernels.sees_into(state, 0, 0, 12, 0, 4)  # a speck is no wall
+    assert not sees_into(state, 0, 1, 12, 1, 4, 11, 1)
+    assert sees_into(state, 6, 1, 12, 1, 4, 11, 1)
+    assert sees_into(state, 0, 0, 12, 0, 4, 11, 0)  # a speck is no wall
     assert kernels.sees(state, 0, 1, 12, 1, 4)
+
+
+def test_a_look_goes_in_where_the_frontier_is():
+    """Behind the frontier along the lower side of something, not into it by a dent of its upper side."""
+    state = ascii_state("""..........
+                           ##??######
+                           ##????????
+                           ##????????
+                           ##????????
+                           ..........
+                           ..........""")
+    behind = 7, 3, 2, 7, 1  # two cells behind a frontier cell
+    assert sees_into(state, 9, 0, *behind)
+    assert not sees_into(state, 1, 6, *behind)
+    assert sees_into(state, 1, 6, 4, 4, 2, 3, 6)  # a frontier by itself
 
 
 def test_no_look_goes_between_walls_that_touch_at_a_corner():
@@ -117,7 +144,7 @@ def beyond_twin(state, cells, limit, deepest):
         if free:
             clear.append((ways[free[0]], depths[ways[free[0]]], x, y))
     rim = rim[:limit]
-    return [(x + depth * dx, y + depth * dy, depth) for (dx, dy), depth, x, y in clear or rim]
+    return [(x + depth * dx, y + depth * dy, depth, x, y) for (dx, dy), depth, x, y in clear or rim]
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -149,7 +176,7 @@ def test_the_unknown_inside_equals_its_twin(seed):
             )
             depth = len(list(run))
             if depth >= 2:
-                expected.append([x + depth * dx, y + depth * dy, depth])
+                expected.append([x + depth * dx, y + depth * dy, depth, x, y])
     assert expected
     assert kernels.unknown_inside(state, mouth, 2, 6).tolist() == expected
 
@@ -161,7 +188,9 @@ def test_what_lies_beyond_is_unknown_and_straight_ahead():
                            #..?????
                            ####????""")
     edge = np.array([[2, 1], [2, 2], [2, 3]])
-    assert kernels.unknown_beyond(state, edge, 12, 3).tolist() == [[5, 2, 3]]  # the others run beside a wall
+    assert kernels.unknown_beyond(state, edge, 12, 3).tolist() == [
+        [5, 2, 3, 2, 2]
+    ]  # the others run beside a wall
 
 
 def viewpoint_twin(state, cost, exact_below, targets, needed, reach_cells, stride):
@@ -173,9 +202,9 @@ def viewpoint_twin(state, cost, exact_below, targets, needed, reach_cells, strid
         for x in range(x_low, min(state.shape[1], targets[:, 0].max() + reach_cells + 1), stride):
             if cost[y, x] < exact_below:
                 seen[x, y] = sum(
-                    (tx - x) ** 2 + (ty - y) ** 2 <= reach_cells**2
-                    and sees_into_twin(state, x, y, tx, ty, depth)
-                    for tx, ty, depth in targets.tolist()
+                    (target[0] - x) ** 2 + (target[1] - y) ** 2 <= reach_cells**2
+                    and sees_into_twin(state, x, y, target)
+                    for target in targets.tolist()
                 )
     enough = [place for place, count in seen.items() if count >= needed]
     return min(enough, key=lambda place: cost[place[1], place[0]], default=(-1, -1))
@@ -189,7 +218,8 @@ def test_the_viewpoint_equals_its_twin(seed):
     cost[(state != Belief.FREE) | (rng.random(state.shape) < 0.5)] = UNREACHED
     iy, ix = np.nonzero(state == Belief.UNKNOWN)
     pick = rng.choice(len(ix), 6, replace=False)
-    targets = np.column_stack((ix[pick], iy[pick], rng.integers(1, 4, 6))).astype(np.int64)
+    mouths = ix[pick] + rng.integers(-2, 3, 6), iy[pick] + rng.integers(-2, 3, 6)
+    targets = np.column_stack((ix[pick], iy[pick], rng.integers(1, 4, 6), *mouths)).astype(np.int64)
     for needed, reach, stride in ((1, 4, 1), (3, 9, 2), (3, 60, 2), (6, 60, 1)):
         found = kernels.find_viewpoint(state, cost, UNREACHED, targets, needed, reach, stride)
         assert found == viewpoint_twin(state, cost, UNREACHED, targets, needed, reach, stride)

@@ -64,7 +64,7 @@ def test_the_blocks_that_see_into_a_frontier_equal_their_twin(seed):
     cost_m = rng.uniform(0.0, 9.0, (9, 11))
     cost_m[rng.random(cost_m.shape) < 0.3] = np.inf
     iy, ix = np.nonzero(state == Belief.UNKNOWN)
-    targets = np.column_stack((ix, iy, np.ones_like(ix)))[:40]
+    targets = np.column_stack((ix, iy, np.ones_like(ix), ix, iy))[:40]
     ends, reach = np.array([1, 6, 18, 40]), np.array([4, 12, 7, 30])
     twin = []
     for k, mine in enumerate(np.split(targets, ends[:-1])):
@@ -74,7 +74,7 @@ def test_the_blocks_that_see_into_a_frontier_equal_their_twin(seed):
             y, x = np.unravel_index(np.argmax(room), room.shape) if room.max() >= 0.0 else (0, 0)
             x, y = bx * side + int(x), by * side + int(y)
             near = mine[np.hypot(*(mine[:, :2] - (x, y)).T) <= reach[k]]
-            seen = sum(sees_into(state, x, y, tx, ty, 1) for tx, ty, _ in near)
+            seen = sum(sees_into(state, x, y, near, j) for j in range(len(near)))
             if seen >= max(1, np.ceil(share * len(mine))):
                 twin.append((by * cost_m.shape[1] + bx, k))
     assert twin
