@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from occmap.config_checks import Positive
 from occmap.geometry import Pose2
 from occmap.localization.growing import GrowingArray
 
@@ -23,16 +24,12 @@ class Loss(IntEnum):
 
     SQUARED = 0
     """chi2 itself: an edge that is surely right."""
-    HUBER = 1
-    """Grows with the root of chi2 beyond the scale."""
-    CAUCHY = 2
-    """Grows with the logarithm of chi2."""
-    DCS = 3
+    DCS = 1
     """Saturates: dynamic covariance scaling (Agarwal et al. 2013), for edges that may be plain wrong."""
 
 
 @dataclass(frozen=True)
-class PoseGraphConfig:
+class PoseGraphConfig(Positive):
     """When to stop, and how carefully to step."""
 
     relative_tolerance: float = 1e-6
@@ -46,11 +43,9 @@ class PoseGraphConfig:
     factor with every iteration (graduated non-convexity, Yang et al. 2020): who is wrong shows in the end."""
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if not self.easing < 1.0:
             raise ValueError(f"easing must be less than 1, got {self.easing}")
-        for name in ("relative_tolerance", "initial_damping", "max_damping", "easing"):
-            if not getattr(self, name) > 0.0:
-                raise ValueError(f"{name} must be positive, got {getattr(self, name)}")
 
 
 @dataclass(frozen=True, slots=True)

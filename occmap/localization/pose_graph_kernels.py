@@ -58,16 +58,7 @@ def edge_jacobians(pose_i: Floats, pose_j: Floats, z: Floats, by_i: Floats, by_j
 @kernel
 def robust_cost_and_weight(chi2: float, loss: int, scale: float) -> tuple[float, float]:
     """(rho(chi2), its derivative) of a loss numbered as in pose_graph.Loss; see there for the sources."""
-    if loss == 0:
-        return chi2, 1.0
-    if loss == 1:
-        if chi2 <= scale:
-            return chi2, 1.0
-        root = math.sqrt(scale * chi2)
-        return 2.0 * root - scale, scale / root
-    if loss == 2:
-        return scale * math.log1p(chi2 / scale), scale / (scale + chi2)
-    if chi2 <= scale:
+    if loss == 0 or chi2 <= scale:
         return chi2, 1.0
     switch = 2.0 * scale / (scale + chi2)
     return scale * (3.0 * chi2 - scale) / (scale + chi2), switch * switch

@@ -114,11 +114,11 @@ def test_assembly_equals_dense_normal_equations():
     for k in range(7):
         graph.add_node(random_pose(rng), held=k == 4)
     for i, j in ((0, 1), (2, 1), (1, 2), (1, 2), (5, 3), (3, 4), (6, 5), (6, 0), (2, 6), (0, 4)):
-        graph.add_edge(i, j, random_pose(rng), INFORMATION, Loss.CAUCHY, 5.0)
+        graph.add_edge(i, j, random_pose(rng), INFORMATION, Loss.DCS, 5.0)
     slot = np.array([-1, 0, 1, 2, -1, 3, 4])
     pattern = block_pattern(slot, graph.ends)
     equations = NormalEquations(pattern)
-    loss, scale = np.full(10, int(Loss.CAUCHY)), np.full(10, 5.0)
+    loss, scale = np.full(10, int(Loss.DCS)), np.full(10, 5.0)
     kernels.linearise(
         graph.poses, graph.ends, graph.measured, graph.information, loss, scale, slot,
         pattern.column_start, pattern.blocks_above, pattern.edge_block, equations.hessian, equations.gradient,
@@ -133,7 +133,7 @@ def test_assembly_equals_dense_normal_equations():
         for node, block in ((i, by_i), (j, by_j)):
             if slot[node] >= 0:
                 jacobian[:, 3 * slot[node] : 3 * slot[node] + 3] += block
-        weighted = INFORMATION * kernels.robust_cost_and_weight(chi2, int(Loss.CAUCHY), 5.0)[1]
+        weighted = INFORMATION * kernels.robust_cost_and_weight(chi2, int(Loss.DCS), 5.0)[1]
         dense += jacobian.T @ weighted @ jacobian
         gradient += jacobian.T @ weighted @ error
     np.testing.assert_allclose(equations.gradient, gradient, rtol=1e-9, atol=1e-9)
@@ -142,23 +142,22 @@ def test_assembly_equals_dense_normal_equations():
     np.testing.assert_allclose(dense @ solution, -gradient, atol=1e-6)
 
 
-@pytest.mark.parametrize("loss", [Loss.CAUCHY, Loss.DCS])
-def test_a_robust_loss_defeats_a_planted_wrong_edge(loss: Loss):
+def test_a_robust_loss_defeats_a_planted_wrong_edge():
     rng = np.random.default_rng(5)
     clean, _ = loop(rng, noise=0.01)
     clean.optimise()
     results = {}
-    for kind in (Loss.SQUARED, loss):
+    for kind in Loss:
         graph, _ = loop(np.random.default_rng(5), noise=0.01)
         wrong = graph.add_edge(3, 23, Pose2(0.1, 0.0, 0.2), INFORMATION, kind, 10.0)
         graph.optimise(200)
         results[kind] = np.abs(graph.poses[:, :2] - clean.poses[:, :2]).max()
-        if kind is loss:
+        if kind is Loss.DCS:
             graph.remove_edge(wrong)
             graph.optimise()
             np.testing.assert_allclose(graph.poses, clean.poses, atol=1e-3)
     assert results[Loss.SQUARED] > 1.0
-    assert results[loss] < 0.05
+    assert results[Loss.DCS] < 0.05
 
 
 def test_iterations_may_be_spread_and_the_graph_may_grow_between_them():
