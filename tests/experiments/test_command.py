@@ -1,5 +1,7 @@
 """The command line, as far as its words go."""
 
+import re
+import shlex
 from pathlib import Path
 from typing import get_args
 
@@ -7,7 +9,10 @@ import pytest
 
 from experiments.command import Command, parse
 from experiments.config import ExperimentConfig
+from experiments.experiment import boundary_in_map, make_building
 from sim.generators import Kind
+
+ROOT = Path(__file__).resolve().parent.parent.parent
 
 
 def test_no_option_means_every_default():
@@ -38,6 +43,24 @@ def test_the_buildings_seed_is_a_child_of_the_seed_and_pinned_in_the_file():
     assert first.building_seed != second.building_seed
     assert first.pinned().building.seed == first.building_seed
     assert first.pinned().pinned() == first.pinned()
+
+
+def commands_shown():
+    """What follows `python -m experiments.explore` in the README and the docs, where it is meant literally."""
+    for page in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))):
+        text = page.read_text().replace("\\\n", " ")
+        for command in re.findall(r"^python -m experiments\.explore(.*?)(?: #.*)?$", text, re.MULTILINE):
+            if not re.search(r"\b[A-Z]{2,}\b", command):  # KIND, RUN
+                yield command.strip()
+
+
+@pytest.mark.parametrize("command", list(commands_shown()))
+def test_the_commands_that_people_are_shown_find_a_building_to_start_in(command, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    config = parse(shlex.split(command)).experiment
+    building = make_building(config)
+    if config.boundary:
+        boundary_in_map(config, building.start)
 
 
 def test_help_is_for_newcomers(capsys):
