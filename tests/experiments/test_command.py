@@ -46,7 +46,7 @@ def test_the_buildings_seed_is_a_child_of_the_seed_and_pinned_in_the_file():
 
 
 def commands_shown():
-    """What follows `python -m experiments.explore` in the README and the docs, where it is meant literally."""
+    """What follows `python -m experiments.explore` in README and docs, where it is meant literally."""
     for page in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))):
         text = page.read_text().replace("\\\n", " ")
         for command in re.findall(r"^python -m experiments\.explore(.*?)(?: #.*)?$", text, re.MULTILINE):
