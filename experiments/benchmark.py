@@ -31,6 +31,10 @@ class Benchmark:
     seed: int = 0
     """Of the office that is explored."""
 
+    def __post_init__(self) -> None:
+        if self.seed < 0:
+            raise ValueError(f"seed must not be negative, got {self.seed}")
+
 
 def loop(seed: int) -> Iterator[Figure]:
     """The default office from beginning to end."""

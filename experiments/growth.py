@@ -33,6 +33,10 @@ class Growth:
     """Its height follows the building's shape."""
     experiment: Annotated[ExperimentConfig, tyro.conf.arg(name="")] = field(default_factory=ExperimentConfig)
 
+    def __post_init__(self) -> None:
+        if self.panels < 1 or self.panel_width_px < 1:
+            raise ValueError(f"a picture needs panels of pixels, got {self.panels} of {self.panel_width_px}")
+
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Explore and draw; the exit status is that of the exploration, 2 for a user's mistake."""
@@ -45,10 +49,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def draw(said: Growth) -> int:
+    """The exit status of the exploration; ValueError for a user's mistake, before it begins."""
     from experiments.experiment import prepare
     from experiments.recorders.growth_picture import GrowthPicture
     from experiments.run import run
 
+    if not said.out.parent.is_dir():
+        raise ValueError(f"no folder {said.out.parent} to put {said.out.name} in")
     experiment = prepare(said.experiment.pinned())
 
     def recorders(curve: ScoreCurve) -> list[Recorder]:

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from experiments.error_statistics import Statistics
+from experiments.number_rows import read_rows
 from experiments.planar import between
 from experiments.trajectory import Poses
 from experiments.tum_file import Trajectory
@@ -49,15 +50,7 @@ class RelationsScore:
 
 def read_relations(path: Path) -> Relations:
     """Lines `t1 t2 x y z roll pitch yaw`; what is out of the plane is left out."""
-    try:
-        rows = [line.split() for line in path.read_text().splitlines() if line.strip() and line[0] != "#"]
-        values = np.array(rows, np.float64).reshape(-1, 8)
-    except OSError as error:
-        raise ValueError(f"cannot read the relations {path}: {error.strerror}") from error
-    except ValueError as error:
-        raise ValueError(f"{path} holds no relations: every line must have 8 numbers ({error})") from error
-    if not len(values):
-        raise ValueError(f"{path} holds no relations")
+    values = read_rows(path, 8, "file of relations")
     return Relations(values[:, 0], values[:, 1], values[:, [2, 3, 7]])
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.number_rows import read_rows
 from experiments.trajectory import Poses, tum
 from occmap.geometry import Pose2
 
@@ -49,16 +50,9 @@ def write_tum(path: Path, trajectory: Trajectory) -> None:
 
 def read_tum(path: Path) -> Trajectory:
     """The planar part of a file's poses, sorted by stamp."""
-    try:
-        with path.open() as file:
-            lines = [line for line in file if line.strip() and not line.startswith("#")]
-        values = np.array([line.split() for line in lines], np.float64).reshape(-1, 8)
-    except OSError as error:
-        raise ValueError(f"cannot read the trajectory {path}: {error.strerror}") from error
-    except ValueError as error:
-        raise ValueError(f"{path} is no TUM trajectory: every line must hold 8 numbers ({error})") from error
-    if not len(values) or not np.all(np.isfinite(values)):
-        raise ValueError(f"{path} is no TUM trajectory: it must hold lines of 8 finite numbers")
+    values = read_rows(path, 8, "TUM trajectory")
+    if not np.all(np.isfinite(values)):
+        raise ValueError(f"{path} is no TUM trajectory: it must hold finite numbers")
     if not np.allclose(np.linalg.norm(values[:, 4:], axis=1), 1.0, atol=1e-2):
         raise ValueError(f"{path} is no TUM trajectory: the last 4 numbers must be unit quaternions")
     values = values[np.argsort(values[:, 0], kind="stable")]

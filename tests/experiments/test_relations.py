@@ -79,7 +79,7 @@ def test_a_file_holds_x_y_z_roll_pitch_yaw(tmp_path: Path):
 def test_what_holds_no_relations_is_refused(tmp_path: Path, text: str):
     path = tmp_path / "some.relations"
     path.write_text(text)
-    with pytest.raises(ValueError, match="holds no relations"):
+    with pytest.raises(ValueError, match="is no file of relations"):
         read_relations(path)
     with pytest.raises(ValueError, match="cannot read"):
         read_relations(tmp_path / "none")
