@@ -51,20 +51,6 @@ class KernelTimes:
     def integration_over_c(self) -> float | None:
         return None if self.c_twin_us is None else self.integration_us / self.c_twin_us
 
-    @property
-    def insert_over_c(self) -> float | None:
-        return None if self.c_twin_us is None else self.insert_us / self.c_twin_us
-
-    @property
-    def scan_us(self) -> float:
-        """All that a scan costs the map and its layers."""
-        return self.insert_us + self.clearance_us + self.frontiers_us + self.clusters_us
-
-
-def benchmark_kernels(experiment: Experiment, scans: int = 600, extent_m: float | None = None) -> KernelTimes:
-    """Map the beginning of an exploration; extent_m makes the grid that large a square beforehand."""
-    return time_kernels(seen_by(experiment, scans), extent_m)
-
 
 def seen_by(experiment: Experiment, scans: int) -> PosedScans:
     """What an exploring robot sees, and from where."""
@@ -77,7 +63,10 @@ def seen_by(experiment: Experiment, scans: int) -> PosedScans:
 
 
 def time_kernels(posed_scans: PosedScans, extent_m: float | None = None) -> KernelTimes:
-    """Spend every scan twice, on our grid and on that of the C twin, stopping the time of each stage."""
+    """Spend every scan twice, on our grid and on that of the C twin, stopping the time of each stage.
+
+    extent_m makes the grid that large a square beforehand.
+    """
     mapper, clearance, frontiers, grid = TimedMapper(), ClearanceMap(), FrontierMap(), OccupancyGrid()
     if extent_m is not None:
         grid.grow_to_contain((-extent_m / 2, -extent_m / 2), (extent_m / 2, extent_m / 2))

@@ -41,6 +41,6 @@ def test_times_are_those_of_every_stage():
     times = time_kernels(scans(20), extent_m=30.0)
     assert times.cells == 601 * 601
     assert times.insert_us > times.integration_us > 0.0
-    assert times.scan_us > times.insert_us
+    assert min(times.clearance_us, times.frontiers_us, times.clusters_us) > 0.0
     if times.c_twin_us is not None:
         assert times.integration_over_c == times.integration_us / times.c_twin_us
