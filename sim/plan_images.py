@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,7 +13,7 @@ from occmap.geometry import Pose2
 from sim.building import Box, Building
 from sim.nav2_map import MapMeta, free_cells, read_image, read_map_yaml
 from sim.starts import BODY_RADIUS_M, largest_region, random_start, with_start
-from sim.truth import configuration_space, connected_parts, truth_grid
+from sim.truth import OVERHANG_M, configuration_space, connected_parts, truth_grid
 from sim.walls import boxes_of
 
 IMAGE_SUFFIXES = (".png", ".pgm", ".bmp", ".jpg", ".jpeg")
@@ -75,6 +76,9 @@ def building_of(free: NDArray[np.bool_], meta: MapMeta, path: Path) -> Building:
     world_from_image = meta.world_from_image
     boxes = boxes_of(np.pad(~free, 1, constant_values=True), r, (-r, -r))
     height_m, width_m = free.shape[0] * r, free.shape[1] * r
+    corner_m = 0.5 * max(height_m, width_m) * abs(math.sin(2.0 * world_from_image.yaw_rad))
+    if corner_m > 1e-6:  # a turned image leaves corners of the building as deep as that
+        boxes += around(width_m, height_m, corner_m + 2.0 * OVERHANG_M)
     corners = world_from_image.apply(np.array([[0, 0], [width_m, 0], [0, height_m], [width_m, height_m]]))
     low, high = corners.min(axis=0), corners.max(axis=0)
     return Building(
@@ -84,6 +88,17 @@ def building_of(free: NDArray[np.bool_], meta: MapMeta, path: Path) -> Building:
         high_m=(float(high[0]), float(high[1])),
         solids=tuple(_moved(box, world_from_image) for box in boxes),
         start=Pose2.identity(),
+    )
+
+
+def around(width_m: float, height_m: float, deep_m: float) -> tuple[Box, ...]:
+    """Four boxes that enclose a rectangle with its lower left corner at the origin."""
+    x, y, half_m = 0.5 * width_m, 0.5 * height_m, 0.5 * deep_m
+    return (
+        Box(x, -half_m, x + deep_m, half_m),
+        Box(x, height_m + half_m, x + deep_m, half_m),
+        Box(-half_m, y, half_m, y),
+        Box(width_m + half_m, y, half_m, y),
     )
 
 

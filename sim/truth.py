@@ -26,6 +26,8 @@ MARGIN_M = 0.05
 """A gap counts as passable only if it leaves this much beside the body."""
 PLACE_SPACING_M = 0.25
 """The robot is imagined to look around from a lattice of places this far apart."""
+OVERHANG_M = 0.5
+"""What of a solid is farther outside of the building's bounds is not drawn: nobody gets there."""
 TOUCH = 1e-6
 """In cells: a solid that ends on a cell's border does not touch that cell."""
 
@@ -78,7 +80,8 @@ def truth_grid(building: Building, resolution_m: float, closed_doors: Collection
     """A wall in every cell that a solid touches; the doors named by index are closed, the others open.
 
     The lattice is aligned with the building's lower-left corner, so that a plan's own raster comes
-    back exactly at its resolution, and reaches at least one cell beyond the bounds on every side.
+    back exactly at its resolution, and reaches at least one cell beyond the bounds on every side, and
+    beyond the solids that overhang them, but for what is more than OVERHANG_M outside.
     """
     if not (math.isfinite(resolution_m) and resolution_m > 0.0):
         raise ValueError(f"resolution_m must be positive, got {resolution_m}")
@@ -86,8 +89,8 @@ def truth_grid(building: Building, resolution_m: float, closed_doors: Collection
     solids = [s for s in building.solids if s.height_m > LIDAR_HEIGHT_M]
     solids += [building.doors[k].panel for k in sorted(closed_doors)]
     bounds = np.array([s.bounds() for s in solids]).reshape(-1, 4)
-    overhang_low = max(0.0, float(np.max(low - bounds[:, :2], initial=0.0)))
-    overhang_high = max(0.0, float(np.max(bounds[:, 2:] - high, initial=0.0)))
+    overhang_low = min(float(np.max(low - bounds[:, :2], initial=0.0)), OVERHANG_M)
+    overhang_high = min(float(np.max(bounds[:, 2:] - high, initial=0.0)), OVERHANG_M)
     pad = 1 + math.ceil(overhang_low / resolution_m - TOUCH)
     beyond = 1 + math.ceil(overhang_high / resolution_m - TOUCH)
     nx, ny = (pad + beyond + math.ceil(side / resolution_m - TOUCH) for side in (high - low))

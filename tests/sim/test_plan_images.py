@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import imageio.v3 as iio
@@ -136,6 +137,21 @@ def test_an_origin_with_yaw_turns_the_plan(tmp_path: Path):
     building = load(path)
     assert building.low_m == pytest.approx((1.0 - 2.5, 2.0))
     assert building.high_m == pytest.approx((1.0, 2.0 + 3.5))
+
+
+@pytest.mark.parametrize("yaw_rad", [0.3, 0.25 * math.pi, 2.0, -2.8])
+def test_around_a_turned_image_all_is_solid(tmp_path: Path, yaw_rad: float):
+    """The robot is put down in the plan, not in the corners that it leaves of the building."""
+    image = np.full((40, 160), FREE, np.uint8)  # long: its corners are larger than it is wide
+    yaml = f"image: map.pgm\nresolution: 0.05\norigin: [1, 2, {yaw_rad}]\n"
+    building = load(write_map(tmp_path, image, yaml))
+    truth = truth_grid(building, 0.05)
+    iy, ix = np.nonzero(~truth.wall)
+    image_from_world = Pose2(1.0, 2.0, yaw_rad).inverse()
+    floor = image_from_world.apply(truth.world_from_cell(np.column_stack((ix, iy))))
+    assert (np.abs(floor - (4.0, 1.0)) < (4.0, 1.0)).all()
+    assert len(floor) * 0.05**2 == pytest.approx(8.0 * 2.0, rel=0.06)
+    assert not truth.wall[truth.cell_of(building.start)[::-1]]
 
 
 def test_the_image_is_found_relative_absolute_or_beside(tmp_path: Path):
