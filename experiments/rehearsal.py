@@ -29,8 +29,8 @@ from occmap.scan import Observation, Scan
 
 MANY = 8
 """Places that are tried, and cells of each: one of them will do."""
-ENOUGH = 4
-"""Every such scan of a drive: to close loops takes few of them."""
+STEPS = 5
+"""Of a walk through an empty room: enough to close loops."""
 
 
 def close_loops(seen: Sequence[Observation]) -> None:
@@ -38,11 +38,34 @@ def close_loops(seen: Sequence[Observation]) -> None:
     tracker = TrackerConfig(insert_every_m=0.02, insert_every_rad=0.02, scans_per_half=2)
     loops = LoopClosureConfig(candidates=CandidateConfig(gap=1))
     slam = SlamLocalizer(SlamConfig(matcher=MatcherConfig(sure_fit=2.0), tracker=tracker, loops=loops))
-    few = seen[::ENOUGH]
-    for each in (*few, *reversed(few)):
+    for each in (*seen, *reversed(seen)):
         slam.update(each)
     slam.finish()
     slam.map()
+
+
+def compile_aside(pose: str) -> None:
+    """The driving first, which the process that explores comes to last; then what slam needs.
+
+    In a process of its own, without the world: garbage goes with it.
+    """
+    gc.disable()
+    drive_a_way()
+    if pose == "slam":
+        close_loops(walk())
+
+
+def walk() -> list[Observation]:
+    """What a lidar sees on an arc through an empty room of 6 m x 4 m."""
+    bearings_rad, seen = np.radians(np.arange(360.0)), []
+    start = here = Pose2(-1.5, -0.5, 0.2)
+    for step in range(STEPS):
+        cos, sin = np.cos(bearings_rad + here.yaw_rad), np.sin(bearings_rad + here.yaw_rad)
+        to_x_m, to_y_m = (np.copysign(3.0, cos) - here.x_m) / cos, (np.copysign(2.0, sin) - here.y_m) / sin
+        scan = Scan(bearings_rad, np.minimum(to_x_m, to_y_m), max_range_m=12.0)
+        seen.append(Observation(float(step), start.inverse() @ here, scan, Pose2.identity()))
+        here = here @ Pose2(0.2, 0.0, 0.2)
+    return seen
 
 
 def settle_a_graph() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import importlib
 import multiprocessing
 import os
@@ -17,22 +16,18 @@ from experiments.compiler_memory import let_go_of_compiler
 from experiments.config import ExperimentConfig
 from experiments.episode import episode
 from experiments.experiment import make_explorer, make_robot
-from experiments.rehearsal import (
-    close_loops,
-    drive_a_way,
-    garbage_left_alone,
-    rare_moments,
-    settle_a_graph,
-)
+from experiments.rehearsal import close_loops, garbage_left_alone, rare_moments, settle_a_graph
 from experiments.streams import Streams
 from occmap.explorer_config import PaceConfig
-from occmap.geometry import Pose2, Twist2
+from occmap.geometry import Pose2
 from occmap.scan import Observation
 from sim.building import Box, Building
 
 DRIVE_S = 4.0
 """Long enough to look around, plan and drive."""
-OTHER_HALF = "from experiments.warm_up import compile_aside; compile_aside({pose!r})"
+EVERY = 8
+"""Of the scans of that drive: to close loops takes few."""
+OTHER_HALF = "from experiments.rehearsal import compile_aside; compile_aside({pose!r})"
 FIRST_ASIDE = {"truth": "planner_kernels.search", "slam": "localization.search_kernels.stamp"}
 """By the pose: a kernel of those that the other process compiles."""
 
@@ -49,7 +44,7 @@ def warm_up(config: ExperimentConfig) -> None:
                 settle_a_graph()  # early, for the other one needs it soon after its drive
             seen = explore(config)
         if config.pose == "slam":
-            close_loops(seen)
+            close_loops(seen[::EVERY])
     let_go_of_compiler()
 
 
@@ -62,27 +57,6 @@ def explore(config: ExperimentConfig) -> list[Observation]:
     steps = list(episode(robot, explorer, limit_s=DRIVE_S))
     rare_moments(explorer, steps[-1].decision.map_from_robot)
     return [step.observation for step in steps]
-
-
-def compile_aside(pose: str) -> None:
-    """The driving first, which the process that explores comes to last; then what slam needs.
-
-    Garbage goes with the process.
-    """
-    gc.disable()
-    drive_a_way()
-    if pose == "slam":
-        compile_slam()
-
-
-def compile_slam() -> None:
-    """What slam needs, and as little else as can be: drive an arc through the room and close loops."""
-    robot = make_robot(ExperimentConfig(pose="truth"), room(), Streams(0))
-    seen = []
-    for _ in range(30):
-        seen.append(robot.sense())
-        robot.act(Twist2(0.3, 0.3))
-    close_loops(seen)
 
 
 def room() -> Building:

@@ -10,7 +10,7 @@ import pytest
 
 from experiments import warm_up
 from experiments.config import ExperimentConfig
-from experiments.rehearsal import drive_a_way, garbage_left_alone, settle_a_graph
+from experiments.rehearsal import compile_aside, garbage_left_alone, settle_a_graph
 from tests.experiments.loaded_kernels import kernels
 
 NOT_NEEDED = {
@@ -72,7 +72,7 @@ def test_another_process_that_fails_or_hangs_when_interrupted_is_no_matter(monke
 def test_what_is_compiled_aside_is_what_the_drive_will_need(warm):
     """In the same shapes: others would be compiled for nothing."""
     shapes = {name: kernel.signatures for name, kernel in kernels()}
-    drive_a_way()
     settle_a_graph()
-    warm_up.compile_slam()
+    compile_aside("slam")
+    gc.enable()
     assert {name: kernel.signatures for name, kernel in kernels()} == shapes
