@@ -80,8 +80,9 @@ class Mapper:
         hits = np.empty((len(hit) * _most_hits(patch, model), 2), np.int64)
         kernels, is_cone = self._kernels, model.half_width > 0.0
         integrate = kernels.integrate_cones if is_cone else kernels.integrate_lines
+        window = self._window, self._window.view(np.uint64)
         beliefs = grid.log_odds, grid.state
-        return integrate(self._window, patch, *beliefs, in_window, hit, model, hits, self._flips, self._was)
+        return integrate(*window, patch, *beliefs, in_window, hit, model, hits, self._flips, self._was)
 
     def _beams_in_map(self, scan: Scan, map_from_lidar: Pose2, resolution_m: float):
         """Sensor and beam ends (1 + n, 2) in metres, which ends are hits (n,), and a box around all votes."""

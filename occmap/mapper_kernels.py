@@ -82,13 +82,13 @@ def spend_hits(window, patch, hits, log_odds, state, model, flips, was):
 
 
 @part
-def sweep_misses(window, patch, log_odds, state, model, flips, was, n):
+def sweep_misses(window, words, patch, log_odds, state, model, flips, was, n):
     """Spend and clear the window's misses; returns n, the number of cells whose state changed so far.
 
     O(cells of the patch). What lies between a row's first and last votes is spent in loops without branches,
     which the compiler vectorises: cheaper than looking for the cells that were crossed.
     """
-    words, per_row, nx = window.view(np.uint64), patch.stride // VOTES_PER_WORD, state.shape[1]
+    per_row, nx = patch.stride // VOTES_PER_WORD, state.shape[1]
     for row in range(patch.rows):
         first, stop = row * per_row, (row + 1) * per_row
         while first < stop and words[np.uint64(first)] == 0:
@@ -140,20 +140,20 @@ def record_flips(odds, states, first, model, flips, was, n):
 
 
 @kernel
-def integrate_lines(window, patch, log_odds, state, points, hit, model, hits, flips, was):
+def integrate_lines(window, words, patch, log_odds, state, points, hit, model, hits, flips, was):
     """Spend one scan of thin beams; points (1 + n, 2) are the sensor and the beams' ends in window cells.
 
     Returns the number of cells whose state changed: flips has their flat indices, was the states
-    they left. hits, flips and was are room to work in.
+    they left. words is the window once more, in words; hits, flips and was are room to work in.
     """
     n_hits = lines(window, patch.stride, points, hit, model.alpha, hits)
     n = spend_hits(window, patch, hits[:n_hits], log_odds, state, model, flips, was)
-    return sweep_misses(window, patch, log_odds, state, model, flips, was, n)
+    return sweep_misses(window, words, patch, log_odds, state, model, flips, was, n)
 
 
 @kernel
-def integrate_cones(window, patch, log_odds, state, points, hit, model, hits, flips, was):
+def integrate_cones(window, words, patch, log_odds, state, points, hit, model, hits, flips, was):
     """Spend one scan of beams that open by model.half_width to either side; the rest as integrate_lines."""
     n_hits = cones(window, patch.stride, points, hit, model.half_width, model.alpha, hits)
     n = spend_hits(window, patch, hits[:n_hits], log_odds, state, model, flips, was)
-    return sweep_misses(window, patch, log_odds, state, model, flips, was, n)
+    return sweep_misses(window, words, patch, log_odds, state, model, flips, was, n)
