@@ -13,6 +13,7 @@ from experiments.pairing import pair
 from experiments.sweep import Sweep, sweep
 from experiments.sweeping.jobs import jobs_of
 from experiments.sweeping.matrix import Matrix
+from tests.experiments.commands import mistake
 from tests.experiments.made_up_runs import failing, longer, quick
 
 AXES = Matrix(kinds=("maze", "hall"), seeds=(0, 8))
@@ -92,12 +93,7 @@ def test_another_experiment_in_the_folder_is_no_part(tmp_path, capsys):
 )
 def test_a_mistake_is_named(tmp_path, capsys, options, complaint):
     folder = swept(tmp_path)
-    try:
-        status: Any = main([folder, folder, *options])
-    except SystemExit as exit_:  # how the command line parser ends
-        status = exit_.code
-    assert status == 2
-    assert complaint in capsys.readouterr().err
+    assert complaint in mistake(main, [folder, folder, *options], capsys)
 
 
 def test_a_folder_that_holds_no_sweep_is_named(tmp_path, capsys):

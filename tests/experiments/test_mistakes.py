@@ -1,13 +1,13 @@
 """What a user may get wrong: a clear error before anything is simulated, and never a traceback."""
 
 from pathlib import Path
-from typing import Any
 
 import imageio.v3 as imageio
 import numpy as np
 import pytest
 
 from experiments.explore import main
+from tests.experiments.commands import mistake
 
 MISTAKES = {
     "unknown option": (["--buidling.kind", "maze"], "buidling"),
@@ -64,14 +64,7 @@ def test_a_mistake_is_named_before_anything_is_simulated(arguments, complaint, t
 def expect_mistake(
     arguments: list[str], complaint: str, out: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    try:
-        status: Any = main(["--no-record", "--no-video", "--out", str(out), *arguments])
-    except SystemExit as exit_:  # how the command line parser ends
-        status = exit_.code
-    said = capsys.readouterr().err
-    assert status == 2
-    assert complaint in said
-    assert "Traceback" not in said
+    assert complaint in mistake(main, ["--no-record", "--no-video", "--out", str(out), *arguments], capsys)
     assert not out.exists()
 
 

@@ -24,6 +24,7 @@ from occmap.geometry import Pose2
 from occmap.pgm import write_pgm
 from sim.truth import TruthGrid, explorable
 from tests.ascii_maps import ascii_map
+from tests.experiments.commands import mistake
 
 RESOLUTION_M, BODY_M = 0.1, 0.17
 FEW = OracleConfig(rounds=15, more_rounds=10)
@@ -180,15 +181,11 @@ def test_the_command_answers_for_runs_of_one_task_together(tmp_path, capsys, roo
 
 
 def test_the_command_refuses_what_is_no_run(tmp_path, capsys):
-    assert main([str(tmp_path)]) == 2
-    assert "is not the folder of a run that has ended" in capsys.readouterr().err
+    assert "is not the folder of a run that has ended" in mistake(main, [str(tmp_path)], capsys)
 
 
 def test_the_command_wants_a_run(capsys):
-    with pytest.raises(SystemExit) as exit_:
-        main([])
-    assert exit_.value.code == 2
-    assert "name at least one folder" in capsys.readouterr().err
+    assert "name at least one folder" in mistake(main, [], capsys)
 
 
 def test_a_summary_has_the_oracle_that_was_asked_for(tmp_path):

@@ -15,6 +15,7 @@ from occmap.geometry import Pose2
 from occmap.grid import Belief, OccupancyGrid
 from occmap.map_server import load_map
 from occmap.scan import Observation, Scan
+from tests.experiments.commands import mistake
 
 DATA = Path(__file__).parent.parent / "data"
 LOG, RELATIONS = DATA / "intel_part.clf.gz", DATA / "intel_part.relations"
@@ -116,12 +117,7 @@ def test_what_an_earlier_replay_wrote_is_not_overwritten(folders: dict[str, Path
 def test_mistakes_exit_with_2_and_a_word_of_why(tmp_path: Path, arguments, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "empty.log").write_text("# nothing here\n")
-    try:
-        status = main(arguments)
-    except SystemExit as exit_:
-        status = exit_.code
-    assert status == 2
-    assert capsys.readouterr().err
+    assert mistake(main, arguments, capsys)
     assert [path.name for path in tmp_path.iterdir()] == ["empty.log"]
 
 

@@ -11,6 +11,7 @@ import pytest
 from experiments.replay import main
 from experiments.tum_file import read_tum
 from occmap.geometry import Pose2
+from tests.experiments.commands import mistake
 
 LOG = Path(__file__).parent.parent / "data" / "intel_part.clf.gz"
 
@@ -95,10 +96,5 @@ def test_a_robot_that_was_switched_off_goes_on_where_it_stood(runs: Path):
 )
 def test_mistakes_exit_with_2(runs: Path, options: list[str], monkeypatch, capsys):
     monkeypatch.chdir(runs)
-    try:
-        status = main(["second.clf", "--no-record", "--out", "never", *options])
-    except SystemExit as exit_:
-        status = exit_.code
-    assert status == 2
-    assert capsys.readouterr().err
+    assert mistake(main, ["second.clf", "--no-record", "--out", "never", *options], capsys)
     assert not (runs / "never").exists()

@@ -22,6 +22,7 @@ from experiments.sweeping.jobs import crashed, jobs_of
 from experiments.sweeping.matrix import Matrix
 from experiments.sweeping.store import RESULTS, Store
 from sim.generators import BuildingConfig
+from tests.experiments.commands import mistake
 from tests.experiments.made_up_runs import interrupted, killed_once, quick
 
 SHORT = ExperimentConfig(time_limit_s=2.0, building=BuildingConfig(kind="apartment", size_m=(10.0, 8.0)))
@@ -170,12 +171,7 @@ def test_two_sweeps_of_one_matrix_agree(tmp_path):
 )
 def test_a_mistake_is_named_before_anything_runs(tmp_path, capsys, monkeypatch, options, complaint):
     monkeypatch.setattr("experiments.sweeping.cluster.CONNECT_S", 0.5)
-    try:
-        status: Any = main(["--out", str(tmp_path / "sweep"), *options])
-    except SystemExit as exit_:  # how the command line parser ends
-        status = exit_.code
-    assert status == 2
-    assert complaint in capsys.readouterr().err
+    assert complaint in mistake(main, ["--out", str(tmp_path / "sweep"), *options], capsys)
     assert not list(tmp_path.glob("sweep/runs/*/*"))
 
 
