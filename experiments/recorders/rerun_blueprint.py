@@ -30,6 +30,13 @@ def blueprint(building: Building) -> rrb.Blueprint:
     )
 
 
+def looking_down(x_m: float, y_m: float, height_m: float) -> rrb.EyeControls3D:
+    """On a place from above, y upwards. Straight down has no up: a hair of tilt gives it one."""
+    return rrb.EyeControls3D(
+        position=(x_m, y_m, height_m), look_target=(x_m, y_m + 0.01, 0.0), eye_up=(0.0, 1.0, 0.0)
+    )
+
+
 def map_view(building: Building) -> rrb.Spatial3DView:
     """What the robot believes, seen from above; a Spatial2DView cannot show a GridMap (rerun 0.41)."""
     (x0, y0), (x1, y1) = building.low_m, building.high_m
@@ -42,10 +49,7 @@ def map_view(building: Building) -> rrb.Spatial3DView:
         contents=["+ $origin/**", "- $origin/building/**"],
         background=palette.UNKNOWN,
         line_grid=False,
-        # looking straight down has no up: a hair of tilt gives it one
-        eye_controls=rrb.EyeControls3D(
-            position=(x_m, y_m, height_m), look_target=(x_m, y_m + 0.01, 0.0), eye_up=(0.0, 1.0, 0.0)
-        ),
+        eye_controls=looking_down(x_m, y_m, height_m),
         overrides={**trails(), "/world/truth": [rrb.EntityBehavior(visible=False)]},
     )
 

@@ -13,6 +13,7 @@ import rerun.blueprint as rrb
 
 from experiments.recorders import palette
 from experiments.recorders.belief_tiles import BeliefTiles, Tile
+from experiments.recorders.rerun_blueprint import looking_down
 from experiments.recorders.rerun_scene import (
     BEAM_Z_M,
     TRAIL_Z_M,
@@ -142,12 +143,7 @@ def blueprint(low_m: tuple[float, float], high_m: tuple[float, float]) -> rrb.Bl
                 contents=["+ $origin/**", "- $origin/true_robot/**"],
                 background=palette.UNKNOWN,
                 line_grid=False,
-                # looking straight down has no up: a hair of tilt gives it one
-                eye_controls=rrb.EyeControls3D(
-                    position=(x_m, y_m, 1.05 * span_m),
-                    look_target=(x_m, y_m + 0.01, 0.0),
-                    eye_up=(0.0, 1.0, 0.0),
-                ),
+                eye_controls=looking_down(x_m, y_m, 1.05 * span_m),
                 overrides={"/world/map/trail": [past()]},
             ),
             rrb.TimeSeriesView(
