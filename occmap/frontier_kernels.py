@@ -20,7 +20,7 @@ NONE, ONE, TWO = np.int64(0), np.int64(1), np.int64(2)
 FLOODED, ECHOED, ONE_HALF, OTHER_HALF, DONE = np.uint8(2), np.uint8(3), np.uint8(4), np.uint8(5), np.uint8(6)
 
 
-@part
+@kernel
 def is_struck(hits, iy, ix, ignore_struck):
     """Whether beams have told of a surface here, whatever grazes it: many ended here, or beside it, too.
 
