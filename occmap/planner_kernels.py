@@ -38,7 +38,7 @@ def octile(ix, iy, box):
     return STRAIGHT * max(dx, dy) + (DIAGONAL - STRAIGHT) * min(dx, dy)
 
 
-@part
+@kernel
 def _push(cell, slot, heads, items):
     """Put a cell into a bucket; whether there was room.
 
