@@ -19,6 +19,8 @@ from occmap.slices import Sliced
 from occmap.views import FAR_CELLS
 from occmap.wavefront import Wavefront
 
+GAP_DEPTH_M = 0.5
+"""What a gap as wide as the robot promises, for each metre of its width: a corner may be behind it, or a room."""
 BESIDE_M = 0.5
 """A crack in a wall that the robot can come up to is no farther from where its axis can be."""
 
@@ -80,7 +82,7 @@ class Nooks:
             return None
         from_m, into_m = config.look_from_m[0], config.look_into_m[0]
         goal = self._chooser.goal_for(edge, grid, wave, from_m, into_m, stride=1, share=0.0)
-        return None if goal is None else replace(goal, is_nook=True, gain_m2=width_m * into_m)
+        return None if goal is None else replace(goal, is_nook=True, gain_m2=width_m * GAP_DEPTH_M)
 
 
 def _is_beside(edge: Frontier, grid: OccupancyGrid, wave: Wavefront) -> bool:

@@ -242,6 +242,19 @@ def test_a_gap_as_wide_as_the_robot_is_looked_into_once_though_beams_have_been_t
         assert scene.run().best is None
 
 
+@pytest.mark.parametrize(("gap_cells", "is_worth_the_way"), [(18, True), (12, False)])
+def test_a_wide_gap_is_come_back_for_from_afar(gap_cells, is_worth_the_way):
+    """A corner in the shadow of nothing in particular, whose frontier noise has broken up into specks."""
+    upper = ["#" * 230 + "?" * gap_cells + "#" * (30 - gap_cells)] * 6
+    picture = "\n".join(["#" * 260, *upper, *["#" + "." * 258 + "#"] * 20, "#" * 260])
+    scene = Searching(picture, (10, 10), resolution_m=0.05, body=None)
+    scene.grid.log_odds[scene.grid.state == Belief.UNKNOWN] = -0.4
+    scene.frontiers = []
+    best = scene.run().best
+    assert (best is not None) == is_worth_the_way
+    assert best is None or best.cost_m > scene.search.chooser.config.worth_way_m
+
+
 def corridor_with_far_recess():
     """15 m x 0.8 m in cells of 0.1 m; beside its far end a recess of 0.4 m x 0.2 m has not been seen."""
     recess = ["#" * 145 + "????" + "###"] * 2
