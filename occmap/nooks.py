@@ -20,7 +20,7 @@ from occmap.views import FAR_CELLS
 from occmap.wavefront import Wavefront
 
 GAP_DEPTH_M = 0.5
-"""What a gap as wide as the robot promises, for each metre of its width: a corner may be behind it, or a room."""
+"""What a gap as wide as the robot promises for each metre of its width: a corner is behind it, or a room."""
 BESIDE_M = 0.5
 """A crack in a wall that the robot can come up to is no farther from where its axis can be."""
 
