@@ -100,9 +100,9 @@ def sweep(seed: int) -> Iterator[Figure]:
 
 def large(seed: int) -> Iterator[Figure]:
     """A large office and a larger warehouse."""
-    from experiments import benchmark_large
+    from experiments.benchmarking import large as part
 
-    yield from benchmark_large.large(seed)
+    yield from part.large(seed)
 
 
 PARTS: dict[Part, Callable[[int], Iterator[Figure]]] = {
