@@ -23,7 +23,9 @@ from occmap.localization.loop_closure import LoopClosureConfig
 from occmap.localization.matcher import MatcherConfig
 from occmap.localization.pose_graph import PoseGraph
 from occmap.localization.tracker import TrackerConfig
+from occmap.looked_at import LookedAt
 from occmap.memory import FailedLooks
+from occmap.nooks import Nooks
 from occmap.planner import Planner
 from occmap.scan import Observation, Scan
 
@@ -104,8 +106,8 @@ def rare_moments(explorer: Explorer, here: Pose2) -> None:
     goal = Goal(replace(mouth, size=1), here.position, math.inf, math.nan, 0.0, watched)
     chooser.in_sight_m2(grid, *cell)
     chooser.is_gone(replace(goal, is_nook=True), grid, explorer.map.frontier_mask)
-    chooser.goal_into_nook(mouth, grid, wave, 1.0)
     looks = FailedLooks()
+    Nooks(chooser, looks, LookedAt(), None).goal_into(mouth, grid, wave, 1.0)
     looks.note(goal, Reason.TOO_NARROW, "", grid)
     looks.at(mouth, grid)
     explorer.ending.carry_over(Pose2.identity(), grid)

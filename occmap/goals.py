@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from occmap.frontiers import Frontier
 from occmap.geometry import Points, Pose2
-from occmap.goal_config import SPECK_M, GoalConfig
+from occmap.goal_config import GoalConfig
 from occmap.grid import OccupancyGrid
 from occmap.lookouts import SEEN_SHARE, Sight
 from occmap.strategies import is_by_cost_alone, worth
@@ -28,11 +28,6 @@ GONE_SHARE = 0.25
 
 TARGETS = 6
 """A frontier is sampled at so many places to tell what is seen of it."""
-NOOK_DEPTH_M = 0.35
-"""A nook is at least this deep."""
-INTO_NOOK_M = (1.0, 0.5)
-"""It is looked into this deep, or at least this, for its bottom is what is not known."""
-
 LONG_M = 0.5
 """A frontier as long as this promises enough for any way."""
 SHORT_INTO = 0.4
@@ -114,7 +109,7 @@ class GoalChooser:
         there again shows nothing new.
         """
         targets = self._targets(frontier, grid, into_m)
-        return self._goal_seeing(targets, frontier, grid, wave, from_m + into_m, stride, within_m, share)
+        return self.goal_seeing(targets, frontier, grid, wave, from_m + into_m, stride, within_m, share)
 
     def _targets(self, frontier: Frontier, grid: OccupancyGrid, into_m: float) -> NDArray[np.int64]:
         deepest = max(1, round(into_m / grid.frame.resolution_m))
@@ -142,7 +137,7 @@ class GoalChooser:
         goal = self._goal(first, grid, viewpoint, cost_m)
         return replace(goal, also_watched_in_map=tuple(_watched(each, grid) for each in others))
 
-    def _goal_seeing(
+    def goal_seeing(
         self,
         targets: NDArray[np.int64],
         frontier: Frontier,
@@ -175,50 +170,6 @@ class GoalChooser:
             utility=self._worth(gain_m2, cost_m),
             watched_in_map=_watched(frontier, grid),
         )
-
-    def may_be_nook(self, edge: Frontier, grid: OccupancyGrid) -> bool:
-        """Whether an edge along walls is long enough to be the mouth of a slit."""
-        r = grid.frame.resolution_m
-        return edge.size * r >= self.config.least_nook_m(r)
-
-    def goal_into_nook(
-        self, mouth: Frontier, grid: OccupancyGrid, wave: Wavefront, from_m: float
-    ) -> Goal | None:
-        """The same for a slit between obstacles: as deep a look as there is a place for.
-
-        A slit is told from a wall's cells that flicker by its depth, by several lines that lead into it,
-        and by no beam ever having got there.
-        """
-        if not self.may_be_nook(mouth, grid):
-            return None
-        r = grid.frame.resolution_m
-        for into_m in INTO_NOOK_M:
-            deepest = max(1, round(into_m / r))
-            least = max(1, round(max(0.5 * into_m, NOOK_DEPTH_M) / r))
-            untouched = self._untouched_inside(mouth, grid, least, deepest)
-            if len(untouched) < TARGETS:
-                continue
-            sample = untouched[:: len(untouched) // TARGETS].copy()
-            for share in (SEEN_SHARE, 0.0):
-                goal = self._goal_seeing(sample, mouth, grid, wave, from_m + into_m, share=share)
-                if goal is not None:
-                    depth_cells = float(np.median(sample[:, 2]))
-                    return replace(goal, is_nook=True, gain_m2=mouth.size * depth_cells * r * r)
-        return None
-
-    def is_crack(self, edge: Frontier, grid: OccupancyGrid) -> bool:
-        """Whether an edge along walls, too narrow for the body, opens onto as deep a slit as nooks are."""
-        r = grid.frame.resolution_m
-        deep = max(1, round(NOOK_DEPTH_M / r))
-        return edge.size * r < SPECK_M and len(self._untouched_inside(edge, grid, deep, deep)) > 0
-
-    def _untouched_inside(
-        self, mouth: Frontier, grid: OccupancyGrid, least: int, deepest: int
-    ) -> NDArray[np.int64]:
-        """Targets (n, 5) so many steps behind a mouth that no beam has ever got to."""
-        inside = self._kernels.unknown_inside(grid.state, mouth.cells, least, deepest)
-        belief = grid.log_odds[inside[:, 1], inside[:, 0]]
-        return inside[np.abs(belief - grid.prior_log_odds) < 0.1]
 
     def _gain_m2(self, frontier: Frontier, grid: OccupancyGrid, ix: int, iy: int) -> float:
         r = grid.frame.resolution_m

@@ -6,19 +6,25 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from occmap.boundary import Boundary
 from occmap.frontiers import Frontier, FrontierConfig, FrontierMap
 from occmap.goal_config import COARSE_M, SPECK_M
-from occmap.goals import Goal, GoalChooser
+from occmap.goals import TARGETS, Goal, GoalChooser
 from occmap.grid import OccupancyGrid
 from occmap.living_map import bands_around
 from occmap.looked_at import LookedAt
+from occmap.lookouts import SEEN_SHARE
 from occmap.memory import FailedLooks
 from occmap.slices import Sliced
 from occmap.views import FAR_CELLS
 from occmap.wavefront import Wavefront
 
+DEPTH_M = 0.35
+"""A nook is at least this deep."""
+INTO_M = (1.0, 0.5)
+"""It is looked into this deep, or at least this, for its bottom is what is not known."""
 GAP_DEPTH_M = 0.5
 """What a gap as wide as the robot promises for each metre of its width: a corner is behind it, or a room."""
 BESIDE_M = 0.5
@@ -31,6 +37,9 @@ class Nooks:
     def __init__(
         self, chooser: GoalChooser, looks: FailedLooks, looked_at: LookedAt, boundary: Boundary | None
     ) -> None:
+        from occmap import goals_kernels
+
+        self._kernels = goals_kernels
         self._chooser = chooser
         self._looks = looks
         self._looked_at = looked_at
@@ -38,7 +47,7 @@ class Nooks:
 
     def edges(self, grid: OccupancyGrid) -> Sliced[list[Frontier]]:
         """Every edge of the unknown long enough for a nook; the frontier map leaves walls' rims out."""
-        return self._edges(grid, self._chooser.config.least_nook_m(grid.frame.resolution_m))
+        return self._edges(grid, self._least_m(grid))
 
     def slits(self, grid: OccupancyGrid, wave: Wavefront, max_range_m: float) -> Sliced[list[Frontier]]:
         """The mouths of nooks not looked into, and narrow ones that cracks look like."""
@@ -46,7 +55,7 @@ class Nooks:
         nooks = [goal.frontier for goal in (yield from self.goals(edges, grid, wave, max_range_m))]
         told = {id(mouth.cells) for mouth in nooks}
         others = [edge for edge in edges if id(edge.cells) not in told and _is_beside(edge, grid, wave)]
-        return nooks + [edge for edge in others if self._chooser.is_crack(edge, grid)]
+        return nooks + [edge for edge in others if self._is_crack(edge, grid)]
 
     def _edges(self, grid: OccupancyGrid, least_m: float) -> Sliced[list[Frontier]]:
         is_coarse = grid.frame.resolution_m >= COARSE_M  # walls graze the corners of many cells
@@ -65,12 +74,35 @@ class Nooks:
         found: list[Goal] = []
         for edge in edges:
             if not self._looks.at(edge, grid):
-                goal = self._chooser.goal_into_nook(edge, grid, wave, 0.5 * max_range_m)
+                goal = self.goal_into(edge, grid, wave, 0.5 * max_range_m)
                 goal = goal or self._goal_into_gap(edge, grid, wave)
                 if goal is not None:
                     found.append(goal)
                 yield FAR_CELLS // 2
         return found
+
+    def goal_into(self, mouth: Frontier, grid: OccupancyGrid, wave: Wavefront, from_m: float) -> Goal | None:
+        """As deep a look into a nook as there is a place for, at most from_m before it.
+
+        A nook is told from a wall's cells that flicker by its depth, by several lines that lead into it,
+        and by no beam ever having got there.
+        """
+        r = grid.frame.resolution_m
+        if mouth.size * r < self._least_m(grid):
+            return None
+        for into_m in INTO_M:
+            deepest = max(1, round(into_m / r))
+            least = max(1, round(max(0.5 * into_m, DEPTH_M) / r))
+            untouched = self._untouched_inside(mouth, grid, least, deepest)
+            if len(untouched) < TARGETS:
+                continue
+            sample = untouched[:: len(untouched) // TARGETS].copy()
+            for share in (SEEN_SHARE, 0.0):
+                goal = self._chooser.goal_seeing(sample, mouth, grid, wave, from_m + into_m, share=share)
+                if goal is not None:
+                    depth_cells = float(np.median(sample[:, 2]))
+                    return replace(goal, is_nook=True, gain_m2=mouth.size * depth_cells * r * r)
+        return None
 
     def _goal_into_gap(self, edge: Frontier, grid: OccupancyGrid, wave: Wavefront) -> Goal | None:
         """One look, from near, into an edge as wide as the robot, though beams have been in there.
@@ -83,6 +115,24 @@ class Nooks:
         from_m, into_m = config.look_from_m[0], config.look_into_m[0]
         goal = self._chooser.goal_for(edge, grid, wave, from_m, into_m, stride=1, share=0.0)
         return None if goal is None else replace(goal, is_nook=True, gain_m2=width_m * GAP_DEPTH_M)
+
+    def _least_m(self, grid: OccupancyGrid) -> float:
+        """A shorter edge along walls is no mouth of a nook."""
+        return self._chooser.config.least_nook_m(grid.frame.resolution_m)
+
+    def _is_crack(self, edge: Frontier, grid: OccupancyGrid) -> bool:
+        """Whether an edge along walls, too narrow for the body, opens onto as deep a slit as nooks are."""
+        r = grid.frame.resolution_m
+        deep = max(1, round(DEPTH_M / r))
+        return edge.size * r < SPECK_M and len(self._untouched_inside(edge, grid, deep, deep)) > 0
+
+    def _untouched_inside(
+        self, mouth: Frontier, grid: OccupancyGrid, least: int, deepest: int
+    ) -> NDArray[np.int64]:
+        """Targets (n, 5) so many steps behind a mouth that no beam has ever got to."""
+        inside = self._kernels.unknown_inside(grid.state, mouth.cells, least, deepest)
+        belief = grid.log_odds[inside[:, 1], inside[:, 0]]
+        return inside[np.abs(belief - grid.prior_log_odds) < 0.1]
 
 
 def _is_beside(edge: Frontier, grid: OccupancyGrid, wave: Wavefront) -> bool:
