@@ -25,8 +25,9 @@ class CompassConfig(Positive):
     """A surfel that faces up to so far off one of the four directions may be of a wall along it."""
     least_count: float = 2.0
     """Surfels seen less often do not count."""
-    cell_m: float = 0.02
-    """Lines are told apart by this: somewhat more than a surfel is off its wall."""
+    cell_m: float = 0.01
+    """Lines are told apart by this: somewhat more than a surfel is off its wall. A wall and the cupboard let
+    into it, 4 cm deeper, would be one line askew by half a degree."""
     reach_m: float = 40.0
     """Walls farther than this from a submap's origin do not count."""
     least_wall: float = 30.0
@@ -60,7 +61,10 @@ class Compass:
     """
 
     def __init__(self, config: CompassConfig, graph: PoseGraph, submaps: Sequence[Submap]) -> None:
+        from occmap.localization import compass_kernels
+
         self.config = config
+        self._kernels = compass_kernels
         self._graph, self._submaps = graph, submaps
         self._north: tuple[int, Direction] | None = None  # a submap, and the walls in it
         self._edges: dict[int, int] = {}  # by submap
@@ -89,27 +93,32 @@ class Compass:
 
     def direction(self, surfels: NDArray[np.float64], expected_rad: float | None) -> Direction | None:
         """Of the walls among surfels (n, COLUMNS), near what is expected; None if there are hardly any."""
-        from occmap.localization import compass_kernels as kernels
-
-        c, cosine = self.config, math.cos(self.config.facing_rad)
-        yaw = expected_rad
+        c, yaw = self.config, expected_rad
         if yaw is None:
-            steps = math.ceil(0.5 * QUARTER / COARSE_RAD)
-            yaw = kernels.sharpest(
-                surfels, 0.0, steps, COARSE_RAD, cosine, c.least_count, 2.0 * c.cell_m, c.reach_m
-            )
-            yaw = kernels.sharpest(
-                surfels, yaw, 8, 0.2 * COARSE_RAD, cosine, c.least_count, c.cell_m, c.reach_m
-            )
-        yaw, inertia, share = kernels.straighten(
-            surfels, yaw, ITERATIONS, cosine, c.least_count, c.cell_m, c.reach_m, c.least_wall
+            yaw = self._sharpest(surfels, 0.0, 0.5 * QUARTER, COARSE_RAD, 4.0 * c.cell_m)
+        yaw = self._sharpest(surfels, yaw, BASIN_RAD, FINE_RAD, c.cell_m)
+        yaw, inertia, share = self._kernels.straighten(
+            surfels, yaw, ITERATIONS, math.cos(c.facing_rad), c.least_count, c.cell_m, c.reach_m, c.least_wall
         )
         if share < c.least_share:
             return None
         return Direction(yaw, math.hypot(c.off_m / math.sqrt(inertia), c.floor_rad))
 
+    def _sharpest(
+        self, surfels: NDArray[np.float64], yaw: float, within_rad: float, step_rad: float, cell_m: float
+    ) -> float:
+        """Of the yaws so near to one, that at which the walls fall into the sharpest lines."""
+        c, steps = self.config, math.ceil(within_rad / step_rad)
+        return self._kernels.sharpest(
+            surfels, yaw, steps, step_rad, math.cos(c.facing_rad), c.least_count, cell_m, c.reach_m
+        )
+
 
 COARSE_RAD = 0.0044
-"""A quarter of a degree turns the end of a wall of 10 m by two cells."""
+"""A quarter of a degree turns the end of a wall of 10 m by one of the large cells,"""
+FINE_RAD = 0.0009
+"""and this by a small one."""
+BASIN_RAD = 0.018
+"""So far off the sharpest lines are sought: straightening alone would stop at the first that are any good."""
 ITERATIONS = 4
 """Of the straightening: walls join in as it turns."""

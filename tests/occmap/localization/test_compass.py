@@ -19,14 +19,14 @@ SPACING_M = 0.05
 DRIFT_RAD = 0.0015
 
 
-def wall(start: tuple[float, float], end: tuple[float, float], facing: float, rng: np.random.Generator):
-    """(n, 8) surfels of a wall seen from its left (1) or right (-1)."""
+def wall(start, end, facing: float, rng: np.random.Generator, off_m: float = 0.01):
+    """(n, 8) surfels of a wall from a place (x, y) to another, seen from its left (1) or right (-1)."""
     a, b = np.array(start), np.array(end)
     length = float(np.hypot(*(b - a)))
     t = np.arange(0.0, length, SPACING_M)[:, None] / length
     normal = facing * np.array([-(b - a)[1], (b - a)[0]]) / length
     rows = np.zeros((len(t), 8))
-    rows[:, :2] = a + t * (b - a) + 0.01 * rng.standard_normal((len(t), 1)) * normal
+    rows[:, :2] = a + t * (b - a) + off_m * rng.standard_normal((len(t), 1)) * normal
     rows[:, 2:4] = normal
     rows[:, 4], rows[:, 5], rows[:, 6:8] = 0.95, 8.0, normal
     return rows
@@ -80,6 +80,17 @@ def test_an_expectation_nearby_leads_to_the_same_direction(expected_off_deg):
     found = compass()[0].direction(rows, 0.3 + math.radians(expected_off_deg))
     assert found is not None
     assert abs(off_deg(found.yaw_rad, 0.3)) < 0.05
+
+
+@pytest.mark.parametrize("expected_rad", [None, 0.3, 0.3 + math.radians(0.3), 0.3 - math.radians(0.3)])
+def test_a_cupboard_let_into_a_wall_does_not_turn_it(expected_rad):
+    """A wall and a front beside it, 4 cm deeper, were taken for one line, askew by half a degree."""
+    rng = np.random.default_rng(7)
+    walls = [((0, 0), (3.4, 0)), ((3.4, -0.043), (6, -0.043)), ((0, 2), (0, 0)), ((5.5, 3), (3.5, 3))]
+    rows = turned(np.concatenate([wall(a, b, 1.0, rng, 0.004) for a, b in walls]), 0.3)
+    found = compass()[0].direction(rows, expected_rad)
+    assert found is not None
+    assert abs(off_deg(found.yaw_rad, 0.3)) < 0.1
 
 
 def test_a_round_room_has_no_direction():
