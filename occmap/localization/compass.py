@@ -25,9 +25,11 @@ class CompassConfig(Positive):
     """A surfel that faces up to so far off one of the four directions may be of a wall along it."""
     least_count: float = 2.0
     """Surfels seen less often do not count."""
-    cell_m: float = 0.01
-    """Lines are told apart by this: somewhat more than a surfel is off its wall. A wall and the cupboard let
-    into it, 4 cm deeper, would be one line askew by half a degree."""
+    cell_m: float = 0.02
+    """Lines are told apart by this: somewhat more than a surfel is off its wall."""
+    still_cell_m: float = 0.015
+    """The same for what was seen standing, which is sharper: a wall and the front of a cupboard let into it,
+    4 cm deeper, would be one line askew by half a degree."""
     reach_m: float = 40.0
     """Walls farther than this from a submap's origin do not count."""
     least_wall: float = 30.0
@@ -69,10 +71,14 @@ class Compass:
         self._north: tuple[int, Direction] | None = None  # a submap, and the walls in it
         self._edges: dict[int, int] = {}  # by submap
 
-    def look(self, submap: int) -> None:
-        """At the walls of a submap, for the first time or again: now more of them are known."""
+    def look(self, submap: int, *, is_still: bool = False) -> None:
+        """At the walls of a submap, for the first time or again: now more of them are known.
+
+        is_still: whether all of them were seen from one place.
+        """
         if self._north is None:
-            direction = self.direction(self._submaps[submap].rows, None)
+            cell_m = self.config.still_cell_m if is_still else self.config.cell_m
+            direction = self.direction(self._submaps[submap].rows, cell_m)
             self._north = None if direction is None else (submap, direction)
             return
         origin, north = self._north
@@ -80,7 +86,7 @@ class Compass:
             return
         turn_rad = self._graph.pose(submap).yaw_rad - self._graph.pose(origin).yaw_rad
         expected = north.yaw_rad - turn_rad
-        direction = self.direction(self._submaps[submap].rows, expected)
+        direction = self.direction(self._submaps[submap].rows, self.config.cell_m, expected)
         if direction is None:
             return
         turn_rad += expected - direction.yaw_rad
@@ -91,34 +97,28 @@ class Compass:
             origin, submap, Pose2(0.0, 0.0, turn_rad), information, Loss.DCS, self.config.dcs_chi2
         )
 
-    def direction(self, surfels: NDArray[np.float64], expected_rad: float | None) -> Direction | None:
+    def direction(
+        self, surfels: NDArray[np.float64], cell_m: float, expected_rad: float | None = None
+    ) -> Direction | None:
         """Of the walls among surfels (n, COLUMNS), near what is expected; None if there are hardly any."""
-        c, yaw = self.config, expected_rad
+        c, cosine, yaw = self.config, math.cos(self.config.facing_rad), expected_rad
         if yaw is None:
-            yaw = self._sharpest(surfels, 0.0, 0.5 * QUARTER, COARSE_RAD, 4.0 * c.cell_m)
-        yaw = self._sharpest(surfels, yaw, BASIN_RAD, FINE_RAD, c.cell_m)
+            yaw = 0.0
+            for within_rad, step_rad, cells in SEARCHES:
+                yaw = self._kernels.sharpest(
+                    surfels, yaw, math.ceil(within_rad / step_rad), step_rad,
+                    cosine, c.least_count, cells * cell_m, c.reach_m,
+                )  # fmt: skip
         yaw, inertia, share = self._kernels.straighten(
-            surfels, yaw, ITERATIONS, math.cos(c.facing_rad), c.least_count, c.cell_m, c.reach_m, c.least_wall
+            surfels, yaw, ITERATIONS, cosine, c.least_count, cell_m, c.reach_m, c.least_wall
         )
         if share < c.least_share:
             return None
         return Direction(yaw, math.hypot(c.off_m / math.sqrt(inertia), c.floor_rad))
 
-    def _sharpest(
-        self, surfels: NDArray[np.float64], yaw: float, within_rad: float, step_rad: float, cell_m: float
-    ) -> float:
-        """Of the yaws so near to one, that at which the walls fall into the sharpest lines."""
-        c, steps = self.config, math.ceil(within_rad / step_rad)
-        return self._kernels.sharpest(
-            surfels, yaw, steps, step_rad, math.cos(c.facing_rad), c.least_count, cell_m, c.reach_m
-        )
 
-
-COARSE_RAD = 0.0044
-"""A quarter of a degree turns the end of a wall of 10 m by one of the large cells,"""
-FINE_RAD = 0.0009
-"""and this by a small one."""
-BASIN_RAD = 0.018
-"""So far off the sharpest lines are sought: straightening alone would stop at the first that are any good."""
+SEARCHES = ((0.5 * QUARTER, 0.0044, 2.0), (0.018, 0.0009, 1.0))
+"""How far to seek the sharpest lines, in what steps, and in cells how wide. A quarter of a degree turns the
+end of a wall of 10 m by two cells; where lines lie close together, it finds them up to a degree off."""
 ITERATIONS = 4
 """Of the straightening: walls join in as it turns."""

@@ -70,7 +70,7 @@ class SlamLocalizer:
         self.track.append(seen.time_s, tracked)
         self._add_new_submaps()
         if stood and self.tracker.first_look.is_over:
-            self.compass.look(0)
+            self.compass.look(0, is_still=True)
         self._think()
         return self._tell(seen, scan, tracked)
 
