@@ -63,10 +63,7 @@ class Compass:
     """
 
     def __init__(self, config: CompassConfig, graph: PoseGraph, submaps: Sequence[Submap]) -> None:
-        from occmap.localization import compass_kernels
-
         self.config = config
-        self._kernels = compass_kernels
         self._graph, self._submaps = graph, submaps
         self._north: tuple[int, Direction] | None = None  # a submap, and the walls in it
         self._edges: dict[int, int] = {}  # by submap
@@ -101,15 +98,17 @@ class Compass:
         self, surfels: NDArray[np.float64], cell_m: float, expected_rad: float | None = None
     ) -> Direction | None:
         """Of the walls among surfels (n, COLUMNS), near what is expected; None if there are hardly any."""
+        from occmap.localization import compass_kernels as kernels
+
         c, cosine, yaw = self.config, math.cos(self.config.facing_rad), expected_rad
         if yaw is None:
             yaw = 0.0
             for within_rad, step_rad, cells in SEARCHES:
-                yaw = self._kernels.sharpest(
+                yaw = kernels.sharpest(
                     surfels, yaw, math.ceil(within_rad / step_rad), step_rad,
                     cosine, c.least_count, cells * cell_m, c.reach_m,
                 )  # fmt: skip
-        yaw, inertia, share = self._kernels.straighten(
+        yaw, inertia, share = kernels.straighten(
             surfels, yaw, ITERATIONS, cosine, c.least_count, cell_m, c.reach_m, c.least_wall
         )
         if share < c.least_share:
