@@ -44,6 +44,37 @@ def sees_into(state, x0, y0, targets, k):
 
 
 @part
+def is_walled_off(state, x, y, x0, y0):
+    """Whether a line to cell (x0, y0) surely meets something occupied, told from its other end.
+
+    From afar most lines end at walls around what they are meant for, and are found out sooner from there. The
+    line itself may pass on either side of a cell's corner: both must be occupied. O(distance).
+    """
+    dx, dy = abs(x0 - x), abs(y0 - y)
+    sx = 1 if x < x0 else -1
+    sy = 1 if y < y0 else -1
+    aside = 0  # how far the line is past y (x), in steps / max(dx, dy)
+    for _ in range(max(dx, dy) - 1):
+        if dx >= dy:
+            x += sx
+            aside += dy
+            if aside >= dx:
+                aside -= dx
+                y += sy
+            beside = state[y + sy, x] if aside else OCCUPIED
+        else:
+            y += sy
+            aside += dx
+            if aside >= dy:
+                aside -= dy
+                x += sx
+            beside = state[y, x + sx] if aside else OCCUPIED
+        if state[y, x] == OCCUPIED and beside == OCCUPIED:
+            return True
+    return False
+
+
+@part
 def enters_at(state, x0, y0, x1, y1, most_unknown, most_left_behind):
     """Whether a line meets nothing occupied, little unknown, and no more in a row that it leaves behind; and
     the cell x, y where it enters the unknown that it ends in, or the last one.
@@ -176,8 +207,10 @@ def find_viewpoint(state, cost, exact_below, targets, needed, reach_cells, strid
                     if seen + n - k < needed:
                         break
                     away_x, away_y = targets[k, 0] - x, targets[k, 1] - y
-                    near = away_x * away_x + away_y * away_y <= reach_squared
-                    if near and sees_into(state, x, y, targets, k):
+                    if away_x * away_x + away_y * away_y > reach_squared:
+                        continue
+                    is_off = is_walled_off(state, targets[k, 0], targets[k, 1], x, y)
+                    if not is_off and sees_into(state, x, y, targets, k):
                         seen += 1
                         if seen >= needed:
                             best, best_x, best_y = cost[y, x], x, y

@@ -82,6 +82,18 @@ def test_a_look_into_the_unknown_equals_its_twin():
     assert 50 < sum(answers) < 1900
 
 
+def test_what_is_walled_off_is_not_seen_from_the_other_end_either():
+    rng, state = np.random.default_rng(4), some_state(0, p=(0.2, 0.55, 0.25))
+    state[:, 20:23] = rng.choice(3, (40, 3), p=(0.1, 0.1, 0.8))  # a wall with holes
+    answers = []
+    for _ in range(4000):
+        x0, x1 = rng.integers(0, 50, 2).tolist()
+        y0, y1 = rng.integers(0, 40, 2).tolist()
+        answers.append(kernels.is_walled_off(state, x1, y1, x0, y0))
+        assert not (answers[-1] and kernels.sees(state, x0, y0, x1, y1, 99))
+    assert 1000 < sum(answers) < 3800
+
+
 def test_no_look_goes_through_a_wall_that_beams_have_only_grazed():
     """Seen along both of its sides, a thin wall stays undecided here and there."""
     state = ascii_state("""....#.......?
