@@ -44,8 +44,10 @@ def spaced(points, spacing_m):
 
 
 @kernel
-def bridged(points, beams, spacing_m, most_m, off_m):
+def bridged(points, facing, beams, spacing_m, most_m, off_m):
     """The points (n, 2) and more of them, spacing_m apart, along the walls that they were sampled from.
+
+    Returns them (m, 2) and the unit vectors back to the lidar (m, 2), those of the points given first.
 
     A wall is assumed between the hits of neighbouring beams that are less than most_m apart and in
     line, to off_m, with a third hit next to them. Without it the pattern of beams on a plain wall,
@@ -58,17 +60,23 @@ def bridged(points, beams, spacing_m, most_m, off_m):
         is_wall = _is_on_one_wall(points, beams, k, most_m, off_m)
         between[k] = int(math.hypot(dx, dy) / spacing_m) if is_wall else 0
         count += between[k]
-    out = np.empty((count, 2))
+    out, back = np.empty((count, 2)), np.empty((count, 2))
     for k in range(n):  # to assign a slice compiles for two seconds
         out[k, 0], out[k, 1] = points[k, 0], points[k, 1]
+        back[k, 0], back[k, 1] = facing[k, 0], facing[k, 1]
     at = n
     for k in range(n - 1):
-        dx, dy = points[k + 1, 0] - points[k, 0], points[k + 1, 1] - points[k, 1]
         for i in range(between[k]):
-            share = (i + 1) / (between[k] + 1)
-            out[at, 0], out[at, 1] = points[k, 0] + share * dx, points[k, 1] + share * dy
+            here = (i + 1) / (between[k] + 1)
+            before = 1.0 - here
+            x = before * facing[k, 0] + here * facing[k + 1, 0]
+            y = before * facing[k, 1] + here * facing[k + 1, 1]
+            length = math.hypot(x, y)
+            back[at, 0], back[at, 1] = x / length, y / length
+            out[at, 0] = before * points[k, 0] + here * points[k + 1, 0]
+            out[at, 1] = before * points[k, 1] + here * points[k + 1, 1]
             at += 1
-    return out
+    return out, back
 
 
 @part

@@ -42,6 +42,8 @@ class CompassConfig(Positive):
     """Standard deviation of a direction, however long the walls: masons err too."""
     dcs_chi2: float = 1.0
     """A wall that is more askew is not believed to run along the building (dynamic covariance scaling)."""
+    surer: float = 0.5
+    """With the walls of so many more submaps must another's agree, to tell from then on where north is."""
 
 
 @dataclass(frozen=True)
@@ -54,45 +56,86 @@ class Direction:
 
 
 class Compass:
-    """Adds to a pose graph what the walls of two submaps say about their relative heading.
+    """Adds to a pose graph what the walls of submaps say about their headings.
 
     Headings otherwise do a random walk from submap to submap, which only loops bound. Walls that are
-    parallel to those at the start by less than the walk could have turned them are taken to be exactly
-    so (the Manhattan world of Coughlan and Yuille 1999; in SLAM, Nguyen et al. 2007, "Orthogonal SLAM");
-    others weigh nothing.
+    parallel to north's by less than the walk could have turned them are taken to be exactly so (the
+    Manhattan world of Coughlan and Yuille 1999; in SLAM, Nguyen et al. 2007, "Orthogonal SLAM"); others
+    weigh nothing. North is where most walls agree: of the rooms of a real house any may stand askew, and
+    the first, taken for north, would bend all of the others.
     """
 
     def __init__(self, config: CompassConfig, graph: PoseGraph, submaps: Sequence[Submap]) -> None:
         self.config = config
         self._graph, self._submaps = graph, submaps
-        self._north: tuple[int, Direction] | None = None  # a submap, and the walls in it
-        self._edges: dict[int, int] = {}  # by submap
+        self._walls: dict[int, Direction] = {}  # by submap
+        self._edges: dict[int, int] = {}  # by submap: from north's
+        self._north: int | None = None  # the submap whose walls the others are held against
+        self._still: int | None = None  # the submap that was seen from one place: as sharply as can be
 
     def look(self, submap: int, *, is_still: bool = False) -> None:
         """At the walls of a submap, for the first time or again: now more of them are known.
 
         is_still: whether all of them were seen from one place.
         """
-        if self._north is None:
-            cell_m = self.config.still_cell_m if is_still else self.config.cell_m
-            direction = self.direction(self._submaps[submap].rows, cell_m)
-            self._north = None if direction is None else (submap, direction)
+        if submap in (self._north, self._still):
             return
-        origin, north = self._north
-        if submap == origin:
-            return
-        turn_rad = self._graph.pose(submap).yaw_rad - self._graph.pose(origin).yaw_rad
-        expected = north.yaw_rad - turn_rad
-        direction = self.direction(self._submaps[submap].rows, self.config.cell_m, expected)
+        cell_m = self.config.still_cell_m if is_still else self.config.cell_m
+        expected_rad = None if self._north is None else self._north_rad(self._north, submap)
+        direction = self.direction(self._submaps[submap].rows, cell_m, expected_rad)
+        self._untie(submap)
         if direction is None:
+            self._walls.pop(submap, None)
             return
-        turn_rad += expected - direction.yaw_rad
-        if submap in self._edges:
-            self._graph.remove_edge(self._edges[submap])
-        information = np.diag([0.0, 0.0, direction.sigma_rad**-2])
+        self._walls[submap] = direction
+        self._still = submap if is_still else self._still
+        if self._north is None:
+            self._north = submap
+        elif self._askew(submap) + self.config.surer < self._askew(self._north):
+            self._turn_north_to(submap)
+        else:
+            self._tie(submap, self._north)
+
+    def _north_rad(self, north: int, submap: int) -> float:
+        """Where the walls of one submap run in the frame of another, as far as the graph knows."""
+        return self._walls[north].yaw_rad - self._turn_rad(north, submap)
+
+    def _turn_rad(self, a: int, b: int) -> float:
+        return self._graph.pose(b).yaw_rad - self._graph.pose(a).yaw_rad
+
+    def _askew(self, submap: int) -> float:
+        """How many submaps' walls are askew to those of one; those a little off count in part."""
+        askew = 0.0
+        for k, walls in self._walls.items():
+            off_rad = _within_quarter(walls.yaw_rad - self._north_rad(submap, k))
+            chi2 = (off_rad / walls.sigma_rad) ** 2
+            askew += chi2 / (chi2 + self.config.dcs_chi2)
+        return askew
+
+    def _turn_north_to(self, submap: int) -> None:
+        """Hold all walls against another submap's from now on."""
+        for other in tuple(self._edges):
+            self._untie(other)
+        self._north = submap
+        for other in self._walls:
+            if other != submap:
+                self._tie(other, submap)
+
+    def _tie(self, submap: int, north: int) -> None:
+        """Say in the graph how a submap is turned against north."""
+        walls = self._walls[submap]
+        turn_rad = self._turn_rad(north, submap)
+        turn_rad += _within_quarter(self._north_rad(north, submap) - walls.yaw_rad)
+        information = np.diag([0.0, 0.0, walls.sigma_rad**-2])
         self._edges[submap] = self._graph.add_edge(
-            origin, submap, Pose2(0.0, 0.0, turn_rad), information, Loss.DCS, self.config.dcs_chi2
+            north, submap, Pose2(0.0, 0.0, turn_rad), information, Loss.DCS, self.config.dcs_chi2
         )
+
+    def _untie(self, submap: int) -> None:
+        """Take back what was said of a submap, if anything was."""
+        edge = self._edges.pop(submap, None)
+        if edge is not None:
+            self._graph.remove_edge(edge)
 
     def direction(
         self, surfels: NDArray[np.float64], cell_m: float, expected_rad: float | None = None
@@ -121,3 +164,8 @@ SEARCHES = ((0.5 * QUARTER, 0.0044, 2.0), (0.018, 0.0009, 1.0))
 end of a wall of 10 m by two cells; where lines lie close together, it finds them up to a degree off."""
 ITERATIONS = 4
 """Of the straightening: walls join in as it turns."""
+
+
+def _within_quarter(turn_rad: float) -> float:
+    """The same turn but for quarters: from an eighth of a turn to the right to one to the left."""
+    return (turn_rad + 0.5 * QUARTER) % QUARTER - 0.5 * QUARTER

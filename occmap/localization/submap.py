@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -10,8 +11,11 @@ from numpy.typing import NDArray
 from occmap.config_checks import Positive
 from occmap.geometry import Points, Pose2
 from occmap.localization.likelihood_pyramid import LikelihoodPyramid
-from occmap.localization.surfel_map import Cloud, Corner, PackedSurfels, SurfelMap
+from occmap.localization.surfel_map import BRIDGE_OFF_M, Cloud, Corner, PackedSurfels, SurfelMap
 from occmap.scan import Scan
+
+FLAT_M = 0.012
+"""Hits of a wall are off its line by so much even where noise is averaged out; a front before it by more."""
 
 
 @dataclass(frozen=True)
@@ -80,10 +84,15 @@ class Submap:
         self.centre = x + (new_x - x) / self.scans, y + (new_y - y) / self.scans
 
     def see_better(self, cloud: Cloud, looks: int) -> None:
-        """Replace what was seen from the origin by the mean of so many looks from there."""
+        """Replace what was seen from the origin by the mean of so many looks from there.
+
+        All looks went along the same beams. A wall that they met here and there is filled in between: by
+        the hits alone it would be a row of posts, which holds back the robot that turns before it.
+        """
         self.release()
+        walls = cloud.walls(max(BRIDGE_OFF_M / math.sqrt(looks), FLAT_M))
         for _ in range(looks):
-            self.surfels.insert(cloud)
+            self.surfels.insert(walls)
         self._unstamped.append(cloud)
 
     def finish(self) -> None:
@@ -133,7 +142,7 @@ class Submap:
             if self.cloud is not None:
                 self._raster.insert(self.cloud.means.astype(np.float64))
         for cloud in self._unstamped:
-            self._raster.insert(cloud.walls())
+            self._raster.insert(cloud.walls().points)
         self._unstamped.clear()
         return self._raster
 

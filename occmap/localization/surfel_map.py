@@ -57,13 +57,15 @@ class Cloud:
         kept = cloud_kernels.spaced(self.points, spacing_m)
         return Cloud(self.points[kept], self.facing[kept])
 
-    def walls(self) -> Points:
-        """(m, 2) the points, and more of them where walls are seen to run between two."""
+    def walls(self, off_m: float = BRIDGE_OFF_M) -> Cloud:
+        """The same points, and more of them where walls are seen to run between two, straight to off_m."""
         from occmap.localization import cloud_kernels
 
         if self.beams is None:
-            return self.points
-        return cloud_kernels.bridged(self.points, self.beams, BRIDGE_SPACING_M, BRIDGE_M, BRIDGE_OFF_M)
+            return self
+        return Cloud(
+            *cloud_kernels.bridged(self.points, self.facing, self.beams, BRIDGE_SPACING_M, BRIDGE_M, off_m)
+        )
 
 
 @dataclass(frozen=True, eq=False)

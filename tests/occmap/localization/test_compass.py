@@ -52,8 +52,10 @@ def off_deg(yaw_rad: float, true_rad: float) -> float:
     return math.degrees((yaw_rad - true_rad + 0.5 * QUARTER) % QUARTER - 0.5 * QUARTER)
 
 
-def compass(*turns_rad: float, told_rad: float = 0.0) -> tuple[Compass, PoseGraph]:
-    """Of submaps that each show the rooms, turned; the graph has walked by told_rad in the last one."""
+def compass(
+    *turns_rad: float, told_rad: float = 0.0, drift_rad: float = DRIFT_RAD
+) -> tuple[Compass, PoseGraph]:
+    """Of submaps that each show the rooms, turned; the graph has walked by told_rad in each."""
     rng, graph = np.random.default_rng(1), PoseGraph()
     clouds = [PackedSurfels.of(turned(rooms(rng), t).astype(np.float32)) for t in turns_rad]
     submaps = [Submap(SubmapConfig(), Pose2.identity(), np.eye(3), 12.0, cloud=cloud) for cloud in clouds]
@@ -61,7 +63,7 @@ def compass(*turns_rad: float, told_rad: float = 0.0) -> tuple[Compass, PoseGrap
     for k in range(len(submaps)):
         graph.add_node(graph.pose(k - 1) @ step if k else Pose2.identity())
         if k:
-            graph.add_edge(k - 1, k, step, np.diag([1e4, 1e4, 1.0 / DRIFT_RAD**2]))
+            graph.add_edge(k - 1, k, step, np.diag([1e4, 1e4, 1.0 / drift_rad**2]))
     return Compass(CONFIG, graph, submaps), graph
 
 
@@ -122,6 +124,36 @@ def test_walls_that_run_otherwise_turn_nothing():
     beside.optimise()
     assert graph.pose(1).yaw_rad == pytest.approx(askew, abs=math.radians(0.05))
     assert beside.pose(1).yaw_rad == pytest.approx(askew, abs=math.radians(0.05))
+
+
+@pytest.mark.parametrize("first_deg", [0.5, -0.5, 0.0])
+def test_a_first_room_that_stands_askew_bends_none_of_the_others(first_deg):
+    it, graph = compass(0.2 + math.radians(first_deg), *[0.2] * 6, drift_rad=2.0 * DRIFT_RAD)
+    for k in range(7):
+        it.look(k, is_still=k == 0)
+        it.look(max(0, k - 1))
+        graph.optimise()
+    assert np.abs(graph.poses[:, 2]).max() < math.radians(0.05)  # nothing has turned
+
+
+def test_one_room_that_stands_askew_does_not_turn_north():
+    it, graph = compass(0.2, 0.2, 0.2, 0.2 + math.radians(0.8), 0.2, told_rad=math.radians(0.08))
+    for k in range(5):
+        it.look(k)
+    graph.optimise()
+    assert it._north == 0
+    assert np.abs(graph.poses[:, 2]).max() < math.radians(0.1)  # it walked by 0.32 degrees in all
+
+
+def test_walls_that_are_lost_again_say_nothing_any_more():
+    walked = math.radians(0.08)
+    it, graph = compass(0.2, 0.2, told_rad=walked)
+    it.look(0)
+    it.look(1)
+    it._submaps[1].cloud = PackedSurfels.of(np.empty((0, 8), np.float32))
+    it.look(1)
+    graph.optimise()
+    assert graph.pose(1).yaw_rad == pytest.approx(walked, abs=1e-6)
 
 
 def test_offsets_are_a_histogram():

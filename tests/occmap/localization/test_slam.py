@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from occmap.geometry import Pose2
+from occmap.geometry import Pose2, wrap_angle
 from occmap.localization import SlamConfig, SlamLocalizer
 from occmap.localization.map_localizer import MapLocalizer
 from occmap.localization.state_file import load, save
@@ -186,6 +186,22 @@ def test_a_turning_lidar_at_rest_is_averaged_though_the_wheels_flicker():
     turning = [replace(seen, scan=replace(seen.scan, beam_times_s=times)) for seen in flicker]
     at_once, spun = (mapped(stream).tracker.submaps[0].rows for stream in (flicker, turning))
     np.testing.assert_array_equal(spun, at_once)
+
+
+def test_few_beams_do_not_hold_back_a_robot_that_turns_where_it_stood():
+    """All looks from the start went along the same 72 beams: posts, had the walls not been filled in."""
+    turns = np.concatenate((np.zeros(12), np.arange(0.05, 4.0, 0.05)))
+    off_rad = []
+    for seed in range(4):
+        poses = [Pose2(7.0, 1.6, 0.4 + turn) for turn in turns]
+        stream = observe(RING, poses, np.random.default_rng(seed), beams=72)
+        short = [
+            replace(seen, odom_from_robot=Pose2(0.0, 0.0, 0.98 * turn))
+            for seen, turn in zip(stream, turns, strict=True)
+        ]
+        slam = mapped(short)
+        off_rad.append(_poses(slam)[-1].yaw_rad - wrap_angle(turns[-1]))
+    assert np.abs(off_rad).max() < math.radians(0.2)
 
 
 def test_noise_does_not_cut_the_first_look_short():
