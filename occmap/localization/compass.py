@@ -38,9 +38,9 @@ class CompassConfig(Positive):
     """Of all that looks like wall, that must lie in straight lines along the two directions."""
     off_m: float = 0.07
     """How far a point in a line is off it, as if neighbours did not err together (standard deviation)."""
-    floor_rad: float = 0.002
+    floor_rad: float = 0.004
     """Standard deviation of a direction, however long the walls: masons err too."""
-    dcs_chi2: float = 1.0
+    dcs_chi2: float = 0.25
     """A wall that is more askew is not believed to run along the building (dynamic covariance scaling)."""
     surer: float = 0.5
     """With the walls of so many more submaps must another's agree, to tell from then on where north is."""
