@@ -137,7 +137,8 @@ def test_a_first_room_that_stands_askew_bends_none_of_the_others(first_deg):
 
 
 def test_one_room_that_stands_askew_does_not_turn_north():
-    it, graph = compass(0.2, 0.2, 0.2, 0.2 + math.radians(0.8), 0.2, told_rad=math.radians(0.05))
+    tilted = 0.2 + math.radians(0.8)
+    it, graph = compass(0.2, 0.2, 0.2, tilted, 0.2, told_rad=math.radians(0.05), drift_rad=2.0 * DRIFT_RAD)
     for k in range(5):
         it.look(k)
     graph.optimise()
