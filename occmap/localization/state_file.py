@@ -18,7 +18,7 @@ from occmap.localization.pose_graph import PoseGraph
 from occmap.localization.slam import SlamLocalizer
 from occmap.mapper import Mapper
 
-MAGIC = b"occmap slam state 3\n"
+MAGIC = b"occmap slam state 4\n"
 
 KNOWN = {
     ("collections", "OrderedDict"),
