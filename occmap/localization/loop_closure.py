@@ -31,7 +31,7 @@ class LoopClosureConfig(Positive):
     are far from any loop are compared once more."""
     sure_m: float = 0.5
     """A loop less well predicted than this (standard deviation) needs a witness."""
-    surprise: float = 4.0
+    surprise: float = 3.0
     """So does one that is so many standard deviations off its prediction. A witness has other views: that one
     submap fits two older ones of a place says no more than that it fits one, for all corridors look alike."""
     witness_apart: int = 2
