@@ -1,4 +1,5 @@
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ from occmap.localization import SlamLocalizer
 from occmap.localization.loop_candidates import Candidate, uncertainty_from
 from occmap.localization.loop_closure import Loop, LoopCloser, LoopClosureConfig
 from occmap.localization.loop_comparison import Comparison, ComparisonConfig, closer_look
-from occmap.localization.matcher import Matcher
+from occmap.localization.matcher import Match, Matcher
 from occmap.localization.pose_graph import Loss, PoseGraph
 from occmap.localization.submap import Submap, SubmapConfig, View
 from occmap.localization.surfel_map import Cloud
@@ -112,6 +113,19 @@ def test_a_loop_is_borne_out_by_other_views_only():
     expected = loop(0, 30, is_surprise=False)
     assert not closer.agree(expected, loop(2, 30, is_surprise=False))
     assert closer.agree(expected, loop(2, 31, is_surprise=False))
+
+
+@pytest.mark.parametrize(("off_m", "is_believed"), [(1.0, True), (1.77, False)])
+def test_a_place_a_pitch_of_the_maze_off_waits_for_a_witness(off_m, is_believed):
+    """Four standard deviations, once, let one through that was predicted to 0.46 m, and right to 0.02 m."""
+    graph = _chain(40)
+    closer = LoopCloser(LoopClosureConfig(), Matcher(), graph, [])
+    pair = Candidate(0, 30, sigma_m=0.46, sigma_rad=0.014)
+    predicted = graph.pose(0).inverse() @ graph.pose(30)
+    match = Match(predicted @ Pose2(0.0, off_m, 0.0), TIGHT, TIGHT, fit=0.64)
+    assert closer._judge(SimpleNamespace(pair=pair, predicted=predicted), match) == is_believed
+    assert len(closer.believed) == int(is_believed)
+    assert len(closer.unwitnessed) == int(not is_believed)
 
 
 def test_rooms_that_look_alike_are_not_taken_for_one():
