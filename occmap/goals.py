@@ -102,14 +102,17 @@ class GoalChooser:
         """The cheapest way to look into_m deep into a frontier from at most from_m before it, if any.
 
         None too if that would cost more than within_m. The look must see this share of the frontier, at
-        least one of the places that sample it.
+        least one of the places that sample it; from so near that a part of a long frontier is all that can
+        be seen, as much less of it.
 
         The viewpoint sees unknown cells beyond the frontier, not merely the frontier: an edge of a
         pillar's shadow is in plain sight from where the shadow was cast, and looking at it from
         there again shows nothing new.
         """
-        targets = self._targets(frontier, grid, into_m)
-        return self.goal_seeing(targets, frontier, grid, wave, from_m + into_m, stride, within_m, share)
+        targets, reach_m = self._targets(frontier, grid, into_m), from_m + into_m
+        if from_m < self._looks[0][0]:  # others have failed: another half of it may be in nobody's reach
+            share *= min(1.0, reach_m / (frontier.size * grid.frame.resolution_m))
+        return self.goal_seeing(targets, frontier, grid, wave, reach_m, stride, within_m, share)
 
     def _targets(self, frontier: Frontier, grid: OccupancyGrid, into_m: float) -> NDArray[np.int64]:
         deepest = max(1, round(into_m / grid.frame.resolution_m))

@@ -114,6 +114,16 @@ def test_looks_that_fail_go_nearer():
     assert scene.goal(from_m=0.25).cost_m > 1.5
 
 
+def test_a_long_frontier_is_looked_into_from_near_though_half_of_it_is_in_nobodys_reach():
+    """A corner's shadow along a corridor: two looks from where it was cast, and a third of a maze was left."""
+    rows = ["#" * 20, *["#" + "." * 9 + "?" * 9 + "#"] * 16, "#" * 20]
+    scene = Scene("\n".join(rows))
+    edge = Frontier(np.array([[9, y] for y in range(1, 17)]), (2.4, 2.1), 16)
+    goal = scene.goal(edge, from_m=scene.chooser.config.look_from_m[-1], into_m=0.2)
+    assert goal is not None
+    assert abs(goal.viewpoint_in_map[0] - 2.375) <= scene.chooser.config.look_from_m[-1]
+
+
 def test_gain_is_the_unknown_area_in_sight():
     closed_in = """#########
                    #....???#
