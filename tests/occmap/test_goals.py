@@ -115,7 +115,7 @@ def test_looks_that_fail_go_nearer():
 
 
 def test_a_long_frontier_is_looked_into_from_near_though_half_of_it_is_in_nobodys_reach():
-    """A corner's shadow along a corridor: two looks from where it was cast, and a third of a maze was left."""
+    """Two looks at a corner's shadow, from where it was cast, and a third of a maze was left."""
     rows = ["#" * 20, *["#" + "." * 9 + "?" * 9 + "#"] * 16, "#" * 20]
     scene = Scene("\n".join(rows))
     edge = Frontier(np.array([[9, y] for y in range(1, 17)]), (2.4, 2.1), 16)
