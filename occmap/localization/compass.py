@@ -42,8 +42,8 @@ class CompassConfig(Positive):
     """Standard deviation of a direction, however long the walls: masons err too."""
     dcs_chi2: float = 0.25
     """A wall that is more askew is not believed to run along the building (dynamic covariance scaling)."""
-    surer: float = 0.5
-    """With the walls of so many more submaps must another's agree, to tell from then on where north is."""
+    askew_chi2: float = 1.0
+    """One that is more askew than this says that it, or north, is not how the building runs."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class Compass:
     Headings otherwise do a random walk from submap to submap, which only loops bound. Walls that are
     parallel to north's by less than the walk could have turned them are taken to be exactly so (the
     Manhattan world of Coughlan and Yuille 1999; in SLAM, Nguyen et al. 2007, "Orthogonal SLAM"); others
-    weigh nothing. North is where most walls agree: of the rooms of a real house any may stand askew, and
+    weigh nothing. North is what most walls agree with: of the rooms of a real house any may stand askew, and
     the first, taken for north, would bend all of the others.
     """
 
@@ -91,7 +91,7 @@ class Compass:
         self._still = submap if is_still else self._still
         if self._north is None:
             self._north = submap
-        elif self._askew(submap) + self.config.surer < self._askew(self._north):
+        elif self._is_better_north(submap, self._north):
             self._turn_north_to(submap)
         else:
             self._tie(submap, self._north)
@@ -103,13 +103,17 @@ class Compass:
     def _turn_rad(self, a: int, b: int) -> float:
         return self._graph.pose(b).yaw_rad - self._graph.pose(a).yaw_rad
 
-    def _askew(self, submap: int) -> float:
-        """How many submaps' walls are askew to those of one; those a little off count in part."""
-        askew = 0.0
+    def _is_better_north(self, submap: int, north: int) -> bool:
+        """Whether most walls are askew to north's, and fewer to those of this submap."""
+        askew = self._askew(north)
+        return 2 * askew > len(self._walls) and self._askew(submap) < askew
+
+    def _askew(self, submap: int) -> int:
+        """How many submaps' walls are askew to those of one."""
+        askew = 0
         for k, walls in self._walls.items():
             off_rad = _within_quarter(walls.yaw_rad - self._north_rad(submap, k))
-            chi2 = (off_rad / walls.sigma_rad) ** 2
-            askew += chi2 / (chi2 + self.config.dcs_chi2)
+            askew += (off_rad / walls.sigma_rad) ** 2 > self.config.askew_chi2
         return askew
 
     def _turn_north_to(self, submap: int) -> None:
