@@ -26,7 +26,7 @@ from experiments.sweeping.runs import Runs
 WORSE = 1
 """Exit status if B is."""
 FEW = 10
-"""With fewer pairs a bootstrap is too sure of itself."""
+"""With fewer buildings a bootstrap is too sure of itself."""
 
 
 @dataclass(frozen=True)
@@ -51,6 +51,10 @@ class Compare:
     seed: int = 0
     """Of the resampling behind the intervals."""
     tolerance: Tolerance = field(default_factory=Tolerance)
+
+    def __post_init__(self) -> None:
+        if self.seed < 0:
+            raise ValueError(f"seed must not be negative, got {self.seed}")
 
 
 def selected(rows: Iterable[Row], where: Sequence[str]) -> Iterator[Row]:
@@ -124,8 +128,9 @@ def reservations(pairing: Pairing) -> list[str]:
         said.append(f"left out: {pairing.only_a} runs that only A has, {pairing.only_b} that only B has")
     if pairing.differing:
         said.append(f"left out: {pairing.differing} pairs whose seed made another building in B than in A")
-    if len(pairing.pairs) < FEW:
-        said.append(f"only {len(pairing.pairs)} pairs: so few make the intervals too narrow")
+    buildings = len({a.place for a, _ in pairing.pairs})
+    if buildings < FEW:
+        said.append(f"only {buildings} buildings: so few make the intervals too narrow")
     return said
 
 
@@ -149,10 +154,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         pairing = pair(a, b)
         if not pairing.pairs:
             raise ValueError(nothing_pairs(pairing))
+        found = compare(pairing, asked.seed)
     except (ValueError, OSError) as mistake:
         print(f"error: {mistake}", file=sys.stderr)
         return MISTAKE
-    found = compare(pairing, asked.seed)
     said, is_worse = verdict(found, asked)
     print("\n".join([table(found), *reservations(pairing), said]))
     return WORSE if is_worse else 0

@@ -1,12 +1,14 @@
 """Is B better than A? Runs in the same building with the same seed, paired.
 
 Buildings differ far more from each other than explorers do, so only differences within pairs count, and
-the uncertainty is that of having met these buildings and not others: a bootstrap over pairs (Efron and
-Tibshirani, An Introduction to the Bootstrap, 1993, chapter 13: percentile intervals).
+the uncertainty is that of having met these buildings and not others: a bootstrap over buildings (Efron and
+Tibshirani, An Introduction to the Bootstrap, 1993, chapter 13: percentile intervals). Pairs that met the same
+building, with other noise say, count together as one.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -44,12 +46,12 @@ class Comparison:
     kind: str
     pairs: int
     metres: Interval | None
-    """B's metres over A's, the geometric mean over pairs that both completed; None if there is none."""
+    """B's metres over A's, the geometric mean over buildings, of pairs that both completed; None without."""
     metres_a: float
     metres_b: float
     """All metres of those pairs."""
     explored: Interval
-    """B's explored share less A's, the mean over all pairs."""
+    """B's explored share less A's, the mean over all buildings."""
     lost: int
     """Pairs of which A was complete, honest and without collision and B was not."""
     won: int
@@ -100,9 +102,8 @@ def _compared(kind: str, pairs: Sequence[tuple[Run, Run]], seed: int) -> Compari
     both = [(a, b) for a, b in pairs if a.is_complete and b.is_complete and a.metres > 0.0 < b.metres]
     metres = None
     if both:
-        logs = np.log([b.metres / a.metres for a, b in both])
-        metres = bootstrap(logs, seed, np.exp)
-    explored = np.array([b.explored - a.explored for a, b in pairs])
+        metres = bootstrap(by_place(both, lambda a, b: math.log(b.metres / a.metres)), seed, math.exp)
+    explored = by_place(pairs, lambda a, b: b.explored - a.explored)
     return Comparison(
         kind=kind,
         pairs=len(pairs),
@@ -113,6 +114,14 @@ def _compared(kind: str, pairs: Sequence[tuple[Run, Run]], seed: int) -> Compari
         lost=sum(a.is_good and not b.is_good for a, b in pairs),
         won=sum(b.is_good and not a.is_good for a, b in pairs),
     )
+
+
+def by_place(pairs: Sequence[tuple[Run, Run]], figure: Callable[[Run, Run], float]) -> NDArray[np.float64]:
+    """(n,) the mean of a figure over the pairs of each building and seed."""
+    found: dict[tuple[str, int], list[float]] = {}
+    for a, b in pairs:
+        found.setdefault(a.place, []).append(figure(a, b))
+    return np.array([math.fsum(figures) / len(figures) for figures in found.values()])
 
 
 def bootstrap(

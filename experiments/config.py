@@ -92,6 +92,10 @@ class ExperimentConfig:
         for name in ("noise_scale", "drift_scale"):
             if not 0.0 <= getattr(self, name) < math.inf:
                 raise ValueError(f"{name} must not be negative, got {getattr(self, name)}")
+        try:
+            _ = self.scaled_odometry
+        except ValueError as error:
+            raise ValueError(f"drift_scale {self.drift_scale} is too much: {error}") from error
         self._check_plan_resolution()
 
     def _check_plan_resolution(self) -> None:

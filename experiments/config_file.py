@@ -46,7 +46,7 @@ def _dataclass(cls: Any, data: Any, where: str) -> Any:
     if not isinstance(data, dict):
         raise ValueError(f"{where}: expected an object with the keys of {cls.__name__}, got {data!r}")
     names = [field.name for field in dataclasses.fields(cls)]
-    unknown = sorted(set(data) - set(names))
+    unknown = sorted(set(data) - set(names), key=str)
     if unknown:
         raise ValueError(
             f"{where}: unknown key {', '.join(map(repr, unknown))}; valid ones: {', '.join(names)}"

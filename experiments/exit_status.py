@@ -2,6 +2,8 @@
 
 from signal import SIGINT
 
+UNRECORDED = 1
+"""The run is whole, but a recording or a picture of it could not be written."""
 MISTAKE = 2
 """A user's mistake, named on standard error."""
 INTERRUPTED = 128

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from experiments.allocator import give_back_large_blocks
+from experiments.boundary_cells import cells_within
 from experiments.config import ExperimentConfig
 from experiments.outcome import Outcome
 from experiments.recorders.setting import Setting
@@ -77,6 +78,8 @@ def prepare(config: ExperimentConfig) -> Experiment:
     streams = Streams(config.seed)
     with stopwatch.lap("building"):
         building = make_building(config)
+        if config.faults.close_doors_at_s is not None and not building.doors:
+            raise ValueError(f"close_doors_at_s, but {building.name!r} has no doors: leave it out")
         robot = make_robot(config, building, streams)
     explorer = make_explorer(config, robot)
     with stopwatch.lap("truth"):
@@ -88,22 +91,13 @@ def prepare(config: ExperimentConfig) -> Experiment:
 
 def in_sight(config: ExperimentConfig, truth: TruthGrid, world: World) -> Mask:
     """What the robot could come to see from where it is."""
-    within = within_boundary(config, truth)
+    within = cells_within(config.boundary, truth)
     return explorable(truth, world.world_from_robot, world.body_radius_m, config.lidar.max_range_m, within)
-
-
-def within_boundary(config: ExperimentConfig, truth: TruthGrid) -> Mask | None:
-    """The cells within the polygon that the config gives, if it gives one."""
-    if not config.boundary:
-        return None
-    iy, ix = np.indices(truth.wall.shape).reshape(2, -1)
-    centres = truth.world_from_cell(np.column_stack((ix, iy)))
-    return are_within(polygon(config.boundary), centres).reshape(truth.wall.shape)
 
 
 def floor_in_reach(config: ExperimentConfig, truth: TruthGrid, world: World) -> Mask:
     """Where some part of the robot's body could come to stand, from where it is."""
-    within = within_boundary(config, truth)
+    within = cells_within(config.boundary, truth)
     places = reachable(truth, world.world_from_robot, world.body_radius_m, within)
     return clearance_m(places, truth.resolution_m) <= world.body_radius_m
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from experiments.command import Command, parse
-from experiments.exit_status import CTRL_C, INTERRUPTED, MISTAKE
+from experiments.exit_status import CTRL_C, INTERRUPTED, MISTAKE, UNRECORDED
 from experiments.signals import StopRequest
 
 if TYPE_CHECKING:
@@ -24,7 +24,11 @@ if TYPE_CHECKING:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Parse, prepare, explore, write. Returns the exit status: see `Outcome`, and 2 for a user's mistake."""
+    """Parse, prepare, explore, write.
+
+    Returns the exit status: see `Outcome`; 1 if all went well but for a recording or a film, and 2 for a
+    user's mistake.
+    """
     with StopRequest() as stop:
         try:
             command = parse(sys.argv[1:] if arguments is None else arguments)
@@ -65,7 +69,7 @@ def explore(experiment: Experiment, folder: RunFolder, command: Command, stop: S
     say(report(summary, finished, folder))
     if finished.outcome is Outcome.INTERRUPTED and stop.signal is not None:
         return INTERRUPTED + stop.signal
-    return finished.outcome.exit_status
+    return finished.outcome.exit_status or (UNRECORDED if finished.unrecorded else 0)
 
 
 def recorders_of(
@@ -110,6 +114,7 @@ def report(summary: Summary, finished: Run, folder: RunFolder) -> str:
         lines.append("the robot's last word does not agree with the truth: see `honest` in the summary")
     if finished.fault:
         lines.append(f"error: {finished.fault}")
+    lines += [f"error: not written, {failure}" for failure in finished.unrecorded]
     lines.append(f"results in {folder.path}")
     return "\n".join(lines)
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from experiments.config import ExperimentConfig
-from experiments.exit_status import MISTAKE
+from experiments.exit_status import MISTAKE, UNRECORDED
 
 if TYPE_CHECKING:
     from experiments.curves import ScoreCurve
@@ -61,7 +61,10 @@ def draw(said: Growth) -> int:
     def recorders(curve: ScoreCurve) -> list[Recorder]:
         return [GrowthPicture(said.out, experiment.setting, curve, said.panels, said.panel_width_px)]
 
-    return run(experiment, recorders).outcome.exit_status
+    finished = run(experiment, recorders)
+    for failure in finished.unrecorded:
+        print(f"error: not drawn, {failure}", file=sys.stderr)
+    return UNRECORDED if finished.unrecorded else finished.outcome.exit_status
 
 
 if __name__ == "__main__":

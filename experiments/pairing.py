@@ -47,6 +47,11 @@ class Run:
             metres=row["path_length_m"],
         )
 
+    @property
+    def place(self) -> tuple[str, int]:
+        """The building and what happened by chance in it: runs that share both are not independent."""
+        return self.building_id, self.seed
+
     def is_where(self, other: Run) -> bool:
         """Whether both were in the same building: other generators may make another one of the same seed."""
         return not self.facts or not other.facts or self.facts == other.facts

@@ -39,6 +39,8 @@ class Run:
     """Wall time of the see-think-act loop and its recorders; truth and scoring are left out."""
     fault: str = ""
     """What went wrong, if the outcome is PHYSICS_FAULT."""
+    unrecorded: tuple[str, ...] = ()
+    """What recorders failed of as they closed: the run itself is none the worse for it."""
 
 
 def run(
@@ -57,6 +59,7 @@ def run(
         warm_up(experiment.config)
     watchers = recorders(curve)
     fault, interrupted, min_clearance_m = "", False, float("inf")
+    unrecorded: tuple[str, ...] = ()
     last: Step | None = None
     begun = time.perf_counter()
     try:
@@ -78,13 +81,14 @@ def run(
         if last is not None:
             curve.sample(last)  # recorders may show the final score as they close
         experiment.explorer.planner.release()  # drawing takes memory, too
-        _close(watchers)
+        unrecorded = _close(watchers)
     assert last is not None, "the first scan comes before the first physics step and the time limit"
     outcome = _outcome(last, bool(fault), interrupted)
     end = last.truth if fault else experiment.robot.truth()
     return Run(
-        experiment, outcome, last, end, curve, trajectory, drives, min_clearance_m, stopwatch, loop_s, fault
-    )
+        experiment, outcome, last, end, curve, trajectory, drives, min_clearance_m, stopwatch, loop_s, fault,
+        unrecorded,
+    )  # fmt: skip
 
 
 def _outcome(last: Step, is_fault: bool, is_interrupted: bool) -> Outcome:
@@ -94,13 +98,12 @@ def _outcome(last: Step, is_fault: bool, is_interrupted: bool) -> Outcome:
     return Outcome.INTERRUPTED if is_interrupted and ended is Outcome.TIME_LIMIT else ended
 
 
-def _close(watchers: Sequence[Recorder]) -> None:
-    """Close every one of them, also if one fails."""
-    failures: list[Exception] = []
+def _close(watchers: Sequence[Recorder]) -> tuple[str, ...]:
+    """Close every one of them, and tell which failed of what: nobody else's file must be lost to it."""
+    failures: list[str] = []
     for watcher in watchers:
         try:
             watcher.close()
-        except Exception as failure:  # the others' files must not be lost to it
-            failures.append(failure)
-    if failures:
-        raise failures[0]
+        except Exception as failure:
+            failures.append(f"{type(watcher).__name__}: {type(failure).__name__}: {failure}")
+    return tuple(failures)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -48,7 +49,8 @@ class RunFolder:
 
     @staticmethod
     def create_named(parent: Path, name: str) -> RunFolder:
-        """Make `parent/name`, or `parent/name-2`, ... if that is taken."""
+        """Make `parent/name`, or `parent/name-2`, ... if that is taken; a plan may bear any name."""
+        name = re.sub(r"[^\w.-]+", "_", name).lstrip(".")
         try:
             parent.mkdir(parents=True, exist_ok=True)
             for number in range(1, 1_000_000):

@@ -23,7 +23,7 @@ from experiments import config_file
 from experiments.command import file_named
 from experiments.exit_status import CTRL_C, INTERRUPTED, MISTAKE
 from experiments.signals import StopRequest
-from experiments.sweeping.matrix import Matrix
+from experiments.sweeping.matrix import AXIS_INSTEAD, Matrix, instead
 from experiments.sweeping.recordings import Keep, record, recording_jobs, to_record
 
 if TYPE_CHECKING:
@@ -72,6 +72,9 @@ class Sweep:
 
 def parse(arguments: Sequence[str]) -> Sweep:
     """The sweep that these arguments give: the defaults, then what --matrix says, then the options."""
+    for option, axis in AXIS_INSTEAD.items():
+        if file_named(f"--{option}", arguments) is not None:
+            raise ValueError(instead(option, axis))
     file = file_named("--matrix", arguments)
     said = Sweep() if file is None else Sweep(axes=_read_matrix(file))
     return tyro.cli(Sweep, prog="python -m experiments.sweep", args=list(arguments), default=said)
@@ -105,21 +108,27 @@ def sweep(asked: Sweep, stop: Callable[[], bool] = lambda: False, work: Work | N
         workers = sum(lane.workers() for lane in lanes)
     gather(store, jobs())
     say(tally.text(workers))
-    if not stop():
-        keep_recordings(asked, store, jobs, stop)
+    if not stop() and keep_recordings(asked, store, jobs, stop):
+        gather(store, jobs())
     return store
 
 
 def gather(store: Store, jobs: Iterator[Job]) -> None:
     """Write down what there is of a sweep: results.jsonl, table.csv, table.txt."""
     from experiments.sweeping import table
-    from experiments.sweeping.groups import Naming, group
     from experiments.sweeping.store import SHEET, TABLE
 
     store.gather(job.key for job in jobs)
     table.write_csv(store.rows, store.folder / SHEET)
-    text = table.text_table(group(store.rows(), Naming.of(store.rows())))
-    (store.folder / TABLE).write_text(text + "\n")
+    (store.folder / TABLE).write_text(text_of(store))
+
+
+def text_of(store: Store) -> str:
+    """The results as a table for people."""
+    from experiments.sweeping import table
+    from experiments.sweeping.groups import Naming, group
+
+    return table.text_table(group(store.rows(), Naming.of(store.rows()))) + "\n"
 
 
 RECORDINGS_A_PROCESS = 50
@@ -128,42 +137,40 @@ RECORDINGS_A_PROCESS = 50
 
 def keep_recordings(
     asked: Sweep, store: Store, jobs: Callable[[], Iterator[Job]], stop: Callable[[], bool]
-) -> None:
-    """Run again what is worth looking at, on this machine: recordings are large."""
+) -> bool:
+    """Run again what is worth looking at, on this machine: recordings are large. Whether there was any."""
     from experiments.sweeping.pool import results
     from experiments.sweeping.runner import open_lanes
 
     wanted = to_record(store, Keep.parse(asked.keep_recordings))
-    if not wanted:
-        return
     todo = recording_jobs(jobs(), wanted, store)
     while batch := list(islice(todo, RECORDINGS_A_PROCESS * asked.workers)):
         with open_lanes(asked.workers, None) as lanes:
             for result in results(batch, lanes, record, stop):
                 row = result.row
                 say(f"recorded {row['name']} {row['seed']}: {row.get('error', row['status'])}")
-    store.gather(job.key for job in jobs())
+    return bool(wanted)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Parse, sweep, print the table. Returns the exit status."""
     from experiments.sweeping.groups import is_good
-    from experiments.sweeping.store import TABLE
 
     with StopRequest() as stop:
         try:
             asked = parse(sys.argv[1:] if arguments is None else arguments)
             store = sweep(asked, stop)
+            print(text_of(store), end="")
+            are_good = all(is_good(row) for row in store.rows())
         except (ValueError, OSError) as mistake:
             say(f"error: {mistake}")
             return MISTAKE
         except KeyboardInterrupt:  # asked twice
             return CTRL_C
-        print((store.folder / TABLE).read_text(), end="")
         say(f"results in {store.folder}")
         if stop.signal is not None:
             return INTERRUPTED + stop.signal
-        return 0 if all(is_good(row) for row in store.rows()) else 1
+        return 0 if are_good else 1
 
 
 def say(text: str) -> None:

@@ -71,7 +71,7 @@ def load_map(yaml_path: str | Path, read_image: ImageReader = read_pgm) -> NavMa
     state = states_from_brightness(
         brightness[::-1],
         mode=str(fields.get("mode", "trinary")),
-        negate=bool(fields.get("negate", 0)),
+        negate=bool(_number(path, fields, "negate", 0)),
         occupied_above=_number(path, fields, "occupied_thresh", OCCUPIED_THRESHOLD),
         free_below=_number(path, fields, "free_thresh", FREE_THRESHOLD),
     )

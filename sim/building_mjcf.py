@@ -27,6 +27,8 @@ COLOURS = {
     "shelf": "0.45 0.55 0.7 1",
     "furniture": "0.65 0.48 0.32 1",
 }
+ROOM = "room:"
+"""What the names of rooms' numerics begin with."""
 DOOR_COLOUR = "0.9 0.55 0.2 0.4"
 HIDDEN = "3"
 """Sites of this group are shown on demand: doors stand open."""
@@ -44,7 +46,7 @@ def save_mjcf(building: Building, path: str | Path) -> None:
     ET.SubElement(custom, "text", name="kind", data=building.kind)
     ET.SubElement(custom, "numeric", name="bounds", data=_numbers(*building.low_m, *building.high_m))
     for room in building.rooms:
-        ET.SubElement(custom, "numeric", name=f"room:{room.name}", data=_numbers(*room.low_m, *room.high_m))
+        ET.SubElement(custom, "numeric", name=f"{ROOM}{room.name}", data=_numbers(*room.low_m, *room.high_m))
     world = ET.SubElement(root, "worldbody")
     (x0, y0), (x1, y1) = building.low_m, building.high_m
     x, y, half_x, half_y = 0.5 * (x0 + x1), 0.5 * (y0 + y1), 0.5 * (x1 - x0), 0.5 * (y1 - y0)
@@ -113,6 +115,9 @@ def load_mjcf(path: str | Path) -> tuple[Building, Pose2 | None]:
         )
     start = _start(model, data)
     texts, numerics = _texts(model), _numerics(model)
+    for name, values in numerics.items():
+        if (name == "bounds" or name.startswith(ROOM)) and len(values) != 4:
+            raise ValueError(f"{path}: the numeric {name} must be x0 y0 x1 y1, got {values}")
     bounds = numerics.get("bounds")
     if bounds is None:
         around = np.array(
@@ -133,9 +138,9 @@ def load_mjcf(path: str | Path) -> tuple[Building, Pose2 | None]:
 
 def _rooms(numerics: dict[str, list[float]]) -> list[Room]:
     return [
-        Room(name.removeprefix("room:"), (v[0], v[1]), (v[2], v[3]))
+        Room(name.removeprefix(ROOM), (v[0], v[1]), (v[2], v[3]))
         for name, v in numerics.items()
-        if name.startswith("room:")
+        if name.startswith(ROOM)
     ]
 
 

@@ -20,7 +20,7 @@ REFUSED = {
     mujoco.mjtGeom.mjGEOM_MESH: "a mesh",
     mujoco.mjtGeom.mjGEOM_HFIELD: "a height field",
     mujoco.mjtGeom.mjGEOM_SDF: "a signed distance field",
-    mujoco.mjtGeom.mjGEOM_PLANE: "a plane that is not the floor",
+    mujoco.mjtGeom.mjGEOM_PLANE: "a plane that is not level",
 }
 
 
@@ -28,7 +28,7 @@ def static_solids(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[Solid, ..
     """All solids among the geoms that no joint moves; data must hold the kinematics."""
     found = []
     for geom in range(model.ngeom):
-        if model.body_weldid[model.geom_bodyid[geom]] != 0 or _is_floor(model, data, geom):
+        if model.body_weldid[model.geom_bodyid[geom]] != 0:
             continue
         low_m, high_m = _height_of(model, data, geom)
         if low_m < LIDAR_HEIGHT_M < high_m:
@@ -41,15 +41,14 @@ def yaw_of(rotation: NDArray[np.float64]) -> float:
     return round(math.atan2(float(rotation[3]), float(rotation[0])), YAW_DIGITS)
 
 
-def _is_floor(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> bool:
-    is_plane = model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE
-    return bool(is_plane and data.geom_xmat[geom, 8] > UPRIGHT and data.geom_xpos[geom, 2] < LIDAR_HEIGHT_M)
-
-
 def _height_of(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> tuple[float, float]:
-    """From where to where a geom reaches above the floor; a tilted one's box may reach a little further."""
+    """From where to where a geom reaches above the floor; a tilted one's box may reach a little further.
+
+    A level plane, a floor or a ceiling, has one height; any other reaches everywhere.
+    """
     if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE:
-        return -math.inf, math.inf
+        is_level, z = abs(data.geom_xmat[geom, 8]) > UPRIGHT, float(data.geom_xpos[geom, 2])
+        return (z, z) if is_level else (-math.inf, math.inf)
     z = _corners(model, data, geom)[:, 2]
     return float(z.min()), float(z.max())
 

@@ -13,7 +13,7 @@ from occmap.geometry import Pose2
 from sim.building import Box, Building
 from sim.nav2_map import MapMeta, free_cells, read_image, read_map_yaml
 from sim.starts import BODY_RADIUS_M, largest_region, random_start, with_start
-from sim.truth import OVERHANG_M, configuration_space, connected_parts, truth_grid
+from sim.truth import OVERHANG_M, Mask, TruthGrid, configuration_space, connected_parts, truth_grid
 from sim.walls import boxes_of
 
 IMAGE_SUFFIXES = (".png", ".pgm", ".bmp", ".jpg", ".jpeg")
@@ -39,6 +39,8 @@ def load_plan(
     if not path.is_file():
         raise ValueError(f"no plan file at {path}")
     suffix = path.suffix.lower()
+    if resolution_m is not None and suffix in (".xml", ".yaml", ".yml"):
+        raise ValueError(f"{path} says itself how large it is: leave the resolution of {resolution_m} m out")
     if suffix == ".xml":
         from sim.building_mjcf import load_mjcf
 
@@ -62,10 +64,18 @@ def placed(building: Building, start: Pose2 | None, cell_m: float, rng: np.rando
     if start is not None:
         return with_start(building, start)
     truth = truth_grid(building, cell_m)
-    region = largest_region(configuration_space(truth, BODY_RADIUS_M))
+    region = largest_region(configuration_space(truth, BODY_RADIUS_M) & within_bounds(building, truth))
     if not region.any():
         raise ValueError(f"plan {building.name!r} leaves no place for a robot of radius {BODY_RADIUS_M} m")
     return with_start(building, random_start(truth, region, rng))
+
+
+def within_bounds(building: Building, truth: TruthGrid) -> Mask:
+    """(ny, nx) cells with their centre in the building; the grid reaches beyond it, where nothing stands."""
+    (x0, y0), (ny, nx), r = truth.origin_m, truth.wall.shape, truth.resolution_m
+    (low_x, low_y), (high_x, high_y) = building.low_m, building.high_m
+    x, y = x0 + (np.arange(nx) + 0.5) * r, y0 + (np.arange(ny) + 0.5) * r
+    return ((low_y < y) & (y < high_y))[:, None] & ((low_x < x) & (x < high_x))
 
 
 def building_of(free: NDArray[np.bool_], meta: MapMeta, path: Path) -> Building:

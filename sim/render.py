@@ -97,6 +97,7 @@ def _spawn(backend: str, arguments: list[str]) -> subprocess.Popen[bytes]:
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
+        start_new_session=True,  # a Ctrl-C at the terminal is for the parent, whose film this finishes
     )
 
 

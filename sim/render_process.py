@@ -14,6 +14,8 @@ import numpy as np
 READY = b"ready\n"
 FIELD_OF_VIEW_DEG = 20.0
 """Narrow and from far away: walls of far rooms lean little."""
+ROOM_FOR_MORE = 100
+"""Things to draw beyond the model's own geoms. MuJoCo's default is 10,000 in all: ragged plans have more."""
 
 
 def overview_camera(x_m: float, y_m: float, seen_m: float) -> mujoco.MjvCamera:
@@ -52,7 +54,7 @@ def main(file: str, width: int, height: int, x_m: float, y_m: float, seen_m: flo
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     orders, pictures = sys.stdin.buffer, sys.stdout.buffer
-    with mujoco.Renderer(model, height, width) as renderer:
+    with mujoco.Renderer(model, height, width, max_geom=model.ngeom + ROOM_FOR_MORE) as renderer:
         pictures.write(READY)
         pictures.flush()
         size = 8 * (model.nq + model.nmocap)

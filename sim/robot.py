@@ -71,6 +71,7 @@ class Robot:
         self._odom_from_robot = odometer.read(world)
         self._linear_mps, self._angular_radps = 0.0, 0.0  # what the wheels are told now, on the ramp
         self._path_length_m = 0.0
+        self._check_wheels()
         self._steps_a_turn = _whole_steps(lidar.config.rate_hz, world.step_s, "lidar.rate_hz")
         self._steps_a_tick = _whole_steps(self.config.control_hz, world.step_s, "control_hz")
 
@@ -111,6 +112,18 @@ class Robot:
             path_length_m=self._path_length_m,
             door_heights_m=tuple(world.doors.height_m.tolist()),
         )
+
+    def _check_wheels(self) -> None:
+        """A speed that the motors do not reach would be driven as another twist than the one asked for."""
+        config, world = self.config, self.world
+        across_mps = 0.5 * world.track_m * config.max_angular_radps
+        fastest_radps = (config.max_linear_mps + across_mps) / world.wheel_radius_m
+        if fastest_radps > world.wheel_limit_radps:
+            raise ValueError(
+                f"max_linear_mps {config.max_linear_mps} with max_angular_radps {config.max_angular_radps} "
+                f"turns a wheel at {fastest_radps:.1f} rad/s, its motor reaches {world.wheel_limit_radps:g}: "
+                "lower one of them"
+            )
 
     def _limited(self, twist: Twist2) -> Twist2:
         config = self.config

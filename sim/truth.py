@@ -28,6 +28,8 @@ PLACE_SPACING_M = 0.25
 """The robot is imagined to look around from a lattice of places this far apart."""
 OVERHANG_M = 0.5
 """What of a solid is farther outside of the building's bounds is not drawn: nobody gets there."""
+MOST_CELLS = 250_000_000
+"""Of a building: 790 m x 790 m at 5 cm. More would take tens of gigabytes."""
 TOUCH = 1e-6
 """In cells: a solid that ends on a cell's border does not touch that cell."""
 
@@ -93,7 +95,16 @@ def truth_grid(building: Building, resolution_m: float, closed_doors: Collection
     overhang_high = min(float(np.max(bounds[:, 2:] - high, initial=0.0)), OVERHANG_M)
     pad = 1 + math.ceil(overhang_low / resolution_m - TOUCH)
     beyond = 1 + math.ceil(overhang_high / resolution_m - TOUCH)
-    nx, ny = (pad + beyond + math.ceil(side / resolution_m - TOUCH) for side in (high - low))
+    width_m, height_m = (high - low).tolist()
+    spans = f"the building spans {width_m:g} m x {height_m:g} m"
+    if resolution_m > min(width_m, height_m):
+        raise ValueError(f"{spans}: cells of {resolution_m} m are too large for it")
+    if width_m * height_m > MOST_CELLS * resolution_m**2:
+        raise ValueError(
+            f"{spans}: more than {MOST_CELLS} cells of {resolution_m} m; is the unit of a plan, "
+            "or a resolution, mistaken?"
+        )
+    nx, ny = (pad + beyond + math.ceil(side / resolution_m - TOUCH) for side in (width_m, height_m))
     truth = TruthGrid(
         resolution_m,
         (float(low[0] - pad * resolution_m), float(low[1] - pad * resolution_m)),

@@ -46,6 +46,7 @@ class World:
         self.collisions = Collisions(self.model.opt.timestep)
         self.step_s: float = self.model.opt.timestep
         self.body_radius_m, self.wheel_radius_m, self.track_m = _dimensions(self.model)
+        self.wheel_limit_radps = float(self.model.actuator_ctrlrange[:, 1].min())
         self._steps = 0
         self._qpos, self._ctrl = self.data.qpos, self.data.ctrl  # views: each look-up would make another
         self._here: Pose2 | None = None

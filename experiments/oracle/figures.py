@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from experiments.boundary_cells import cells_within
 from experiments.oracle.floor import Floor
 from experiments.oracle.tour import ENOUGH, Oracle, metres, near_shortest_tour, seen_along
 from occmap.geometry import Points
@@ -44,6 +45,7 @@ def oracle_of(run: Run) -> OracleFigures:
         experiment.world_from_map,
         world.body_radius_m,
         experiment.config.lidar.max_range_m,
+        cells_within(experiment.config.boundary, scorer.truth),
     )
     trail = run.trajectory.true[:, :2]
     return compared(near_shortest_tour(floor, [trail]), floor, trail)

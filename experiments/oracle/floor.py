@@ -58,15 +58,24 @@ class Floor:
     """
 
     def __init__(
-        self, truth: TruthGrid, explorable: Mask, start: Pose2, body_radius_m: float, range_m: float
+        self,
+        truth: TruthGrid,
+        explorable: Mask,
+        start: Pose2,
+        body_radius_m: float,
+        range_m: float,
+        within: Mask | None = None,
     ) -> None:
+        """within: the cells that the body's axis may enter, where there is a boundary."""
         self.truth = truth
         self.resolution_m, self.range_m = truth.resolution_m, range_m
         self.reach = (range_m / truth.resolution_m) ** 2 + TOUCH
         self.free, self._wanted = np.pad(~truth.wall, 1), np.pad(explorable, 1)
         ix, iy = truth.cell_of(start)
         self.start = (ix + 1, iy + 1)
-        self.stands = _joined(np.pad(reachable(truth, start, body_radius_m), 1), self.free, self.start)
+        self.stands = _joined(
+            np.pad(reachable(truth, start, body_radius_m, within), 1), self.free, self.start
+        )
         lattices = Lattices.of(self.stands, self.resolution_m)
         self._lay(lattices)
         if self.seen_share(self.places) < LEAST_SEEN and lattices.node_stride > 1:

@@ -6,6 +6,7 @@ import functools
 import hashlib
 import json
 import time
+import xml.etree.ElementTree as ET
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -157,10 +158,21 @@ def content_hash(plan: Path | None) -> str | None:
     if plan is None:
         return None
     try:
-        image = (read_map_yaml(plan)[0],) if plan.suffix.lower() in (".yaml", ".yml") else ()
-        return _hash_of(tuple((file, file.stat().st_mtime_ns) for file in (plan, *image)))
-    except (OSError, ValueError):  # the run will say what is wrong with it
+        beside = (read_map_yaml(plan)[0],) if plan.suffix.lower() in (".yaml", ".yml") else _included(plan)
+        return _hash_of(tuple((file, file.stat().st_mtime_ns) for file in (plan, *beside)))
+    except (OSError, ValueError, ET.ParseError):  # the run will say what is wrong with it
         return str(plan)
+
+
+def _included(plan: Path) -> tuple[Path, ...]:
+    """The files that an MJCF plan includes, and those that they include: all named from the plan's folder."""
+    found: dict[Path, None] = {}
+    waiting = [plan] if plan.suffix.lower() == ".xml" else []
+    while waiting:
+        files = [plan.parent / node.get("file", "") for node in ET.parse(waiting.pop()).iter("include")]
+        waiting += [file for file in files if file not in found]
+        found |= dict.fromkeys(files)
+    return tuple(found)
 
 
 @functools.lru_cache(maxsize=256)

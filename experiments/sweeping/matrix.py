@@ -35,6 +35,15 @@ OPTION_OF = {
 """The option behind each named axis, in the order of the cross product; seeds apart."""
 
 
+AXIS_INSTEAD = {"seed": "seeds", "plan": "plans", "building.kind": "kinds"}
+"""Options of a single run that are axes of every sweep."""
+
+
+def instead(option: str, axis: str) -> str:
+    """What to say to somebody who gave a sweep one of those."""
+    return f"{option} is what the runs of a sweep are told apart by: give {axis} instead"
+
+
 @dataclass(frozen=True)
 class Axis:
     """One option and the values it takes in a sweep."""
@@ -75,6 +84,12 @@ class Matrix:
             raise ValueError("nothing to explore: give --kinds or --plans")
         if self.plans and self.sizes:
             raise ValueError("--sizes are of generated buildings: leave them or the --plans out")
+        given, default = self.experiment, ExperimentConfig()
+        for option, axis in AXIS_INSTEAD.items():
+            value = functools.reduce(getattr, option.split("."), given)
+            is_default = value == functools.reduce(getattr, option.split("."), default)
+            if not is_default and getattr(self, axis) != (value,):
+                raise ValueError(instead(option, axis))
         for plan in self.plans:
             if not plan.is_file():
                 raise ValueError(f"no plan file at {plan}")
@@ -87,9 +102,12 @@ class Matrix:
             named = [axis for axis in named if axis.option != "building.kind"]
         axes = [axis for axis in named if axis.values] + [axis_of(text) for text in self.vary]
         options = [axis.option for axis in axes]
-        for option in options:
-            if option == "seed" or options.count(option) > 1:
-                raise ValueError(f"{option} is varied twice")
+        for axis in axes:
+            if axis.option == "seed" or options.count(axis.option) > 1:
+                raise ValueError(f"{axis.option} is varied twice")
+            twice = [value for value in axis.values if axis.values.count(value) > 1]
+            if twice:
+                raise ValueError(f"{axis.option} takes {twice[0]} twice")
         return tuple(axes)
 
     @functools.cached_property
@@ -125,12 +143,22 @@ def axis_of(text: str) -> Axis:
         listed = yaml.safe_load(f"[{values}]")
     except yaml.YAMLError as error:
         raise ValueError(f"vary {text!r}: its values do not parse") from error
-    return Axis(option, tuple(checked(option, value) for value in listed))
+    return Axis(option, tuple(checked(option, _number(value)) for value in listed))
+
+
+def _number(value: Any) -> Any:
+    """What YAML 1.1 takes for text, 1e-3, as the number that it is."""
+    if isinstance(value, str) and "e" in value.lower():
+        try:
+            return float(value)
+        except ValueError:
+            pass
+    return value
 
 
 def text_of(option: str, values: Sequence[Any]) -> str:
     """The `NAME=V1,V2,...` that describes an axis."""
-    return f"{option}={json.dumps(list(values))[1:-1]}"
+    return f"{option}={json.dumps(list(values), default=str)[1:-1]}"
 
 
 def checked(option: str, value: Any) -> Any:

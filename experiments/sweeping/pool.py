@@ -133,7 +133,16 @@ def _fill(
         job = again.popleft() if again else next(waiting, None)
         if job is None:
             return
-        running[lane.submit(work, job)] = lane, job
+        running[_submitted(lane, work, job)] = lane, job
+
+
+def _submitted(lane: Lane, work: Work, job: Job) -> Future[Result]:
+    """Started, if need be in place of a process that died while it had nothing to do."""
+    try:
+        return lane.submit(work, job)
+    except BrokenExecutor:
+        lane.revive()
+        return lane.submit(work, job)
 
 
 _stop: Event | None = None

@@ -6,11 +6,13 @@ A run follows from its config, so nothing need be recorded until it is known whi
 from __future__ import annotations
 
 import shutil
+import uuid
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from experiments.run_folder import SUMMARY, RunFolder
 from experiments.sweeping.groups import Naming, group
 from experiments.sweeping.jobs import CRASHED, INTERRUPTED, Job, Result, Row, crashed
 from experiments.sweeping.pool import is_stopping
@@ -72,33 +74,46 @@ def recording_jobs(jobs: Iterable[Job], wanted: dict[str, Row], store: Store) ->
         if (row := wanted.get(job.key)) is None:
             continue
         folder = store.recording_folder(row)
-        if not (folder / "summary.json").exists():
+        if not (folder / SUMMARY).exists():
             yield RecordingJob(job.config, job.code, job.options, folder, row["map_sha256"])
 
 
 def record(job: Job) -> Result:
     """Run once more with the recording and the plot on; the folder is like any that `explore` leaves."""
     assert isinstance(job, RecordingJob)
+    beside = job.folder.with_name(f".{job.folder.name}.{uuid.uuid4().hex[:8]}")
     try:
-        summary = _recorded(job)
-        if summary.status != INTERRUPTED and summary.map_sha256 != job.map_sha256:
-            raise RuntimeError(f"the run did not repeat itself: its map was {job.map_sha256}")
+        summary = _recorded(job, beside)
+        if summary.status != INTERRUPTED:
+            if summary.map_sha256 != job.map_sha256:
+                raise RuntimeError(f"the run did not repeat itself: its map was {job.map_sha256}")
+            _keep(beside, job.folder)
     except Exception as error:
         return crashed(job, f"{type(error).__name__}: {error}")
+    finally:
+        shutil.rmtree(beside, ignore_errors=True)
     return Result(job.identity() | {"status": summary.status})
 
 
-def _recorded(job: RecordingJob) -> Summary:
+def _keep(beside: Path, folder: Path) -> None:
+    """Give a recording its name, unless another shard was faster: the two are the same."""
+    try:
+        beside.rename(folder)
+    except OSError:
+        if not (folder / SUMMARY).exists():
+            raise
+
+
+def _recorded(job: RecordingJob, into: Path) -> Summary:
     from experiments.experiment import prepare
     from experiments.recorders import Recorder
     from experiments.recorders.coverage_plot import CoveragePlot
     from experiments.recorders.rerun_recorder import RerunRecorder
     from experiments.run import run
-    from experiments.run_folder import PLOT, RECORDING, RunFolder
+    from experiments.run_folder import PLOT, RECORDING
     from experiments.summary import summarise
 
-    shutil.rmtree(job.folder, ignore_errors=True)  # what an interrupted recording left
-    folder = RunFolder.create(job.folder)
+    folder = RunFolder.create(into)
     folder.write_config(job.config.pinned())
     experiment = prepare(job.config)
 
@@ -109,7 +124,9 @@ def _recorded(job: RecordingJob) -> Summary:
         ]
 
     finished = run(experiment, recorders, is_stopping)
+    if finished.unrecorded:
+        raise RuntimeError("; ".join(finished.unrecorded))
     summary = summarise(finished)
-    if summary.status != INTERRUPTED:  # a summary says that all is there
+    if summary.status != INTERRUPTED:
         folder.write_results(finished, summary)
     return summary

@@ -15,6 +15,7 @@ import json
 import os
 import uuid
 from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +29,8 @@ RESULTS, TABLE, SHEET, ASKED, RUNS, RECORDINGS = (
     "runs",
     "recordings",
 )
+IDENTIFYING = ("key", "name", "seed", "status")
+"""What every result has, also that of a run that crashed."""
 
 
 class Store:
@@ -57,8 +60,9 @@ class Store:
     def read(self, key: str) -> Row | None:
         """The result of a run, also of one that crashed; None if it has not been run."""
         for suffix in (".json", ".failed"):
+            file = self._file(key, suffix)
             try:
-                return json.loads(self._file(key, suffix).read_text()) | self._more(key)
+                return result_in(file.read_text(), str(file)) | self._more(key)
             except FileNotFoundError:
                 continue
         return None
@@ -85,12 +89,22 @@ class Store:
 
     def rows(self) -> Iterator[Row]:
         """The results of the last sweep; while that is still running, all that are there."""
-        if (self.folder / RESULTS).exists():
+        try:
             for row in read_lines(self.folder / RESULTS):
                 yield row | self._more(row["key"])
             return
-        code = json.loads((self.folder / ASKED).read_text())["code"]
+        except FileNotFoundError:  # it is still running, or another shard has just begun
+            pass
+        code = self._code()
         yield from (row for row in map(self.read, self._keys()) if row is not None and row["code"] == code)
+
+    def _code(self) -> str:
+        """Which code the last sweep ran."""
+        file = self.folder / ASKED
+        try:
+            return json.loads(file.read_text())["code"]
+        except (json.JSONDecodeError, KeyError, TypeError) as error:
+            raise ValueError(f"{file} does not say which code a sweep ran: no sweep wrote it") from error
 
     def rows_of_all_parts(self) -> Iterator[Row]:
         """The results of the last sweep, and then those of earlier ones of the same code and experiment, but
@@ -146,23 +160,37 @@ def read_lines(file: Path) -> Iterator[Row]:
     """The rows of a results.jsonl."""
     with file.open() as lines:
         for number, line in enumerate(lines, start=1):
-            try:
-                yield json.loads(line)
-            except json.JSONDecodeError as error:
-                raise ValueError(f"{file}, line {number}, is no result: {error}") from error
+            yield result_in(line, f"{file}, line {number},")
+
+
+def result_in(text: str, where: str) -> Row:
+    """A result as it was written; ValueError tells where something else stands."""
+    try:
+        row = json.loads(text)
+    except json.JSONDecodeError as error:
+        raise ValueError(f"{where} is no result: {error}") from error
+    missing = [name for name in IDENTIFYING if not (isinstance(row, dict) and name in row)]
+    if missing:
+        raise ValueError(f"{where} is no result: it has no {', '.join(missing)}")
+    return row
+
+
+@contextmanager
+def aside(file: Path) -> Iterator[Path]:
+    """A name beside the file that nobody else writes to, renamed at the end: nobody ever reads half of it."""
+    beside = file.with_name(f".{file.name}.{uuid.uuid4().hex[:8]}")
+    yield beside
+    beside.replace(file)
 
 
 def write_aside(file: Path, data: bytes) -> None:
-    """Write beside the file, then rename: nobody ever reads half of it."""
-    aside = file.with_name(f".{file.name}.{uuid.uuid4().hex[:8]}")
-    aside.write_bytes(data)
-    aside.replace(file)
+    """The whole file at once."""
+    with aside(file) as beside:
+        beside.write_bytes(data)
 
 
 def write_lines(file: Path, lines: Iterable[str]) -> None:
-    """The same, line by line."""
-    aside = file.with_name(f".{file.name}.{uuid.uuid4().hex[:8]}")
-    with aside.open("w") as out:
+    """Line by line."""
+    with aside(file) as beside, beside.open("w") as out:
         for line in lines:
             out.write(line + "\n")
-    aside.replace(file)

@@ -9,6 +9,7 @@ from typing import Any
 
 from experiments.sweeping.groups import Group, columns_for
 from experiments.sweeping.jobs import Row
+from experiments.sweeping.store import aside
 
 COUNTED = ("unknown_left",)
 """Lists of which a table holds the length."""
@@ -33,13 +34,11 @@ def text_table(groups: Sequence[Group]) -> str:
 def write_csv(rows: Callable[[], Iterable[Row]], file: Path) -> None:
     """One line per run, a column per value, nested names joined by dots. Reads the rows twice."""
     names = list(dict.fromkeys(name for row in rows() for name, _ in flat(row)))
-    aside = file.with_name(f".{file.name}")
-    with aside.open("w", newline="") as out:
+    with aside(file) as beside, beside.open("w", newline="") as out:
         writer = csv.DictWriter(out, names, restval="")
         writer.writeheader()
         for row in rows():
             writer.writerow(dict(flat(row)))
-    aside.replace(file)
 
 
 def flat(row: Row, prefix: str = "") -> Iterator[tuple[str, Any]]:
