@@ -65,7 +65,7 @@ class Decision:
     twist: Twist2
     map_from_robot: Pose2
     activity: str
-    """exploring, recovering, waiting, ... or the final status: for a state timeline."""
+    """exploring, looking, thinking, recovering, blind or the final status: for a state timeline."""
     goal: Goal | None
     path: Path | None
     frontiers: tuple[Frontier, ...]

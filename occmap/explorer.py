@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -27,7 +28,7 @@ from occmap.pace import Pace
 from occmap.perception import Perception
 from occmap.planner import Planner, Wavefront, WideningFlood
 from occmap.pursuit import Failure
-from occmap.scan import Observation
+from occmap.scan import Observation, Scan
 from occmap.slices import Sliced, finish, take_turn
 from occmap.stopwatch import Stopwatch
 
@@ -35,6 +36,12 @@ __all__ = ["Explorer", "ExplorerConfig"]
 
 BLIND_SHARE = 0.9
 """With more of its beams failed, a scan says too little to act on."""
+
+
+def _is_blind(scan: Scan) -> bool:
+    """Whether hardly any beam says something: they failed, or something covers the lidar."""
+    says_something = np.count_nonzero(scan.ranges_m >= scan.least_range_m)
+    return bool(says_something <= (1.0 - BLIND_SHARE) * len(scan.ranges_m))
 
 
 class Explorer:
@@ -72,13 +79,14 @@ class Explorer:
         self.navigator = Navigator(
             config.pursuit, self.planner, self.follower, self.map, self.search, self._events
         )
-        self.mobility = Mobility(config.stuck, config.recovery)
+        self.mobility = Mobility(config.stuck, config.recovery, body)
         self.pace = Pace(config.pace)
         self.ending = Ending(config.ending)
         self.status = Status.EXPLORING
         self._unknown_left: tuple[UnknownLeft, ...] = ()
         self._watch = Stopwatch()
         self._last: tuple[Pose2, Observation] | None = None
+        self._late_s = 0.0  # added to the time of observations
         self._thought: Sliced[None] | None = None
 
     @property
@@ -90,16 +98,24 @@ class Explorer:
         """What to do until the next scan, given this one."""
         self._events.clear()
         self._watch = Stopwatch()
+        seen = self._in_time(seen)
         self.pace.begin(seen.time_s)
         self._last = here, seen = self._see(seen)
         activity, twist = self._act(here, seen)
         self.mobility.remember(seen, twist)
         return self._decision(here, activity, twist)
 
+    def _in_time(self, seen: Observation) -> Observation:
+        """Clocks are set back, logs are played again: to the robot time goes on."""
+        if self._last is not None:
+            back_s = self._last[1].time_s - (seen.time_s + self._late_s)
+            self._late_s += back_s + self.body.period_s if back_s > 0.0 else 0.0
+        return replace(seen, time_s=seen.time_s + self._late_s) if self._late_s else seen
+
     def _see(self, seen: Observation) -> tuple[Pose2, Observation]:
         """Take an observation in: the pose, and what was seen as seen from that one pose."""
-        is_held = self._thought is not None
-        percept = self.perception.take_in(seen, self._watch, is_held=is_held)
+        is_held, is_over = self._thought is not None, self.status is not Status.EXPLORING
+        percept = self.perception.take_in(seen, self._watch, is_held=is_held, is_over=is_over)
         if percept.new_map_from_old_map is not None:
             self._carry_over(percept.new_map_from_old_map)
         return percept.map_from_robot, percept.seen
@@ -111,14 +127,15 @@ class Explorer:
         self.ending.carry_over(new_map_from_old_map, self.grid)
         self.search.carry_over(new_map_from_old_map)
         self.navigator.carry_over(new_map_from_old_map)
+        if self.status is not Status.EXPLORING:
+            self.map.restore_surfaces()
         self._events.append("the map was corrected")
 
     def _act(self, here: Pose2, seen: Observation) -> tuple[str, Twist2]:
         """The activity of the moment and its twist."""
         if self.pace.is_first_look(seen.time_s):
             return "looking", Twist2.zero()
-        failed = np.count_nonzero(np.isnan(seen.scan.ranges_m))
-        if self.status is Status.EXPLORING and failed > BLIND_SHARE * len(seen.scan.ranges_m):
+        if self.status is Status.EXPLORING and _is_blind(seen.scan):
             return "blind", Twist2.zero()
         manoeuvre = self._recover(here, seen) if self.status is Status.EXPLORING else None
         if manoeuvre is not None:
@@ -137,6 +154,8 @@ class Explorer:
         pursuit = self.navigator.pursuit
         if pursuit is None:
             return "looking", Twist2.zero()
+        if pursuit.is_void and self.map.is_settling:  # its path is of the map before the correction
+            return "thinking", Twist2.zero()
         with self._watch.lap("planning"):
             twist = self.navigator.drive(here, self.mobility.measured_twist(seen), seen)
         return "looking" if pursuit.has_arrived else "exploring", twist
@@ -144,7 +163,9 @@ class Explorer:
     def _recover(self, here: Pose2, seen: Observation) -> Twist2 | None:
         """The twist of a manoeuvre that frees the robot, if it is stuck; the end if none does."""
         attempts = self.mobility.attempts
-        manoeuvre = self.mobility.manoeuvre(seen)
+        manoeuvre = self.mobility.manoeuvre(
+            seen, lambda ahead_m: self.map.clearance_at(here @ Pose2(ahead_m, 0.0, 0.0))
+        )
         if self.mobility.is_hopeless:
             self._events.append(f"stuck: {attempts} manoeuvres did not free it")
             finish(self._end(Status.STUCK, self._flood(here), seen))
@@ -184,7 +205,7 @@ class Explorer:
         """A goal and a path to it; if there is none to be had for a while, end."""
         flood = WideningFlood(self.planner, self.grid, self.map.clearance_m, here)
         found = yield from self.search.run(
-            frontiers, self.grid, flood, seen.scan.max_range_m, self.navigator.goal, self.navigator.way_left_m
+            frontiers, self.grid, flood, self._sight_m(seen), self.navigator.goal, self.navigator.way_left_m
         )
         self.ending.note(found.best is not None, found.wave, self.grid, seen.time_s)
         if found.best is None:
@@ -225,7 +246,11 @@ class Explorer:
         self, status: Status, wave: Wavefront, seen: Observation
     ) -> Sliced[tuple[UnknownLeft, ...]]:
         is_early = status in (Status.EXPLORING, Status.STUCK)
-        return certificate(self.search, self.map, wave, self.body, seen.scan.max_range_m, is_early=is_early)
+        return certificate(self.search, self.map, wave, self.body, self._sight_m(seen), is_early=is_early)
+
+    def _sight_m(self, seen: Observation) -> float:
+        """How far the robot sees, as far as it makes use of that."""
+        return min(seen.scan.max_range_m, self.config.sensor_model.usable_range_m)
 
     def _decision(self, here: Pose2, activity: str, twist: Twist2) -> Decision:
         pursuit = self.navigator.pursuit

@@ -17,6 +17,9 @@ from occmap.scan import Scan
 from occmap.surroundings import Base, Surroundings
 from occmap.way import Drive, Way
 
+BRAKING_SHARE, BEND_SHARE = 0.5, 0.8
+"""Of what the base can do, no more is planned with."""
+
 
 @dataclass(frozen=True)
 class FollowerConfig(NeverNegative):
@@ -25,7 +28,8 @@ class FollowerConfig(NeverNegative):
     slow_speed_mps: float = 0.12
     """Through gaps, and backing out."""
     braking_mps2: float = 0.5
-    """Half of what the base can do: foreseen stops and bends leave the rest for the unforeseen."""
+    """At foreseen stops and bends, and never more than half of what the base can do: the rest is for the
+    unforeseen."""
     safe_margin_m: float = 0.02
     """Air left to every point of the scan: over two sigma of a range averaged over its neighbours."""
     near_margin_m: float = 0.03
@@ -49,7 +53,8 @@ class FollowerConfig(NeverNegative):
     aim_margin_m: float = 0.06
     """Air beside the straight line to the aim: looking across a corner would cut it."""
     bend_turn_radps: float = 1.2
-    """Bends are driven so slowly that this turn rate does: the rest is for corrections."""
+    """Bends are driven so slowly that this turn rate does, or four fifths of what the base can do: the rest
+    is for corrections."""
     back_out_from_rad: float = 2.0
     """Out of inflation the robot drives backwards if its aim is farther off its nose."""
     turn_from_rad: float = 1.0
@@ -113,17 +118,19 @@ class Follower:
     def __init__(self, config: FollowerConfig | None = None, body: Body | None = None) -> None:
         self.config = c = config or FollowerConfig()
         self.body = b = body or Body()
+        self._bend_turn_radps = min(c.bend_turn_radps, BEND_SHARE * b.max_turn_radps)
+        self._braking_mps2 = min(c.braking_mps2, BRAKING_SHARE * b.acceleration_mps2)
         base = Base(b.radius_m + c.safe_margin_m, b.acceleration_mps2, b.turn_acceleration_radps2)
+        self.surroundings = Surroundings(base)
         drive = Drive(
-            top_mps=b.max_speed_mps,
+            top_mps=min(b.max_speed_mps, self.surroundings.can_stop_from_mps),
             slow_mps=c.slow_speed_mps,
-            turn_radps=c.bend_turn_radps,
-            braking_mps2=c.braking_mps2,
+            turn_radps=self._bend_turn_radps,
+            braking_mps2=self._braking_mps2,
             near_m=b.radius_m + c.near_margin_m,
             roomy_m=b.radius_m + c.roomy_margin_m,
             tight_m=b.radius_m + c.tight_margin_m,
         )
-        self.surroundings = Surroundings(base)
         self.way = Way(drive)
         self._now = Progress()
 
@@ -197,8 +204,8 @@ class Follower:
         remaining_m = max(path.length_m - self._now.progress_m, 0.01)
         return min(
             self.way.speed_limit_mps(),
-            c.bend_turn_radps / max(abs(curvature), 1e-6),
-            math.sqrt(2.0 * c.braking_mps2 * remaining_m),
+            self._bend_turn_radps / max(abs(curvature), 1e-6),
+            math.sqrt(2.0 * self._braking_mps2 * remaining_m),
             c.slow_speed_mps if is_backward else self.body.max_speed_mps,
         )
 

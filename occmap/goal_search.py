@@ -20,7 +20,7 @@ from occmap.nooks import Nooks
 from occmap.slices import Sliced
 from occmap.strategies import is_by_cost_alone
 from occmap.tour import Stop, Tour
-from occmap.views import FAR_CELLS, NEAR_CELLS, Views
+from occmap.views import LOOK_CELLS, Views
 
 if TYPE_CHECKING:
     from occmap.grid import OccupancyGrid
@@ -151,7 +151,7 @@ class GoalSearch:
             has_place = views.has_place(frontier, failed, grid, wave)
             if has_place or views.is_seen_from_afar(frontier, failed, grid, wave, max_range_m):
                 found.append(frontier)
-            yield NEAR_CELLS if has_place else 2 * FAR_CELLS
+            yield LOOK_CELLS + self.chooser.spent()
         return found
 
     def slits_left(self, grid: OccupancyGrid, wave: Wavefront, max_range_m: float) -> Sliced[list[Frontier]]:

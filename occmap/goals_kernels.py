@@ -14,6 +14,8 @@ OCCUPIED = np.uint8(Belief.OCCUPIED)
 SPECK_CELLS = 1
 """So much of the unknown may a look leave behind again. More in a row is a wall that beams only graze: a look
 through it shows nothing."""
+LINE_CELLS = 10
+"""So many cells most lines are followed from their end on before they prove to be walled off."""
 MOUTH_CELLS = 3
 """A look enters the unknown no farther than this, and a quarter of its depth, from the frontier cell that it
 is meant for."""
@@ -181,8 +183,8 @@ def find_viewpoint(state, cost, exact_below, targets, needed, reach_cells, strid
     """The cheapest reached cell from which at least `needed` of the targets (n, 5) are in line of sight.
 
     The body gets to cells that cost less than `exact_below`. Returns (ix, iy), or (-1, -1) if no cell
-    sees enough within reach. Cost: one look-up a candidate, and lines of sight only for candidates that
-    would be an improvement.
+    sees enough within reach, and how many cells were looked at. Cost: one look-up a candidate, and lines of
+    sight only for candidates that would be an improvement.
     """
     ny, nx = state.shape
     n = targets.shape[0]
@@ -195,10 +197,12 @@ def find_viewpoint(state, cost, exact_below, targets, needed, reach_cells, strid
     y_low, y_high = max(0, y_low - reach_cells), min(ny, y_high + reach_cells + 1)
     reach_squared = reach_cells * reach_cells
     best, best_x, best_y = exact_below, -1, -1
+    looked_at = 0
     for pace in (4 * stride, stride):  # what a coarse look finds spares the fine one most candidates
         if best_x >= 0:
             best += 1  # the first of equals is wanted
         for y in range(y_low, y_high, pace):
+            looked_at += (x_high - x_low) // pace
             for x in range(x_low, x_high, pace):
                 if not cost[y, x] < best:
                     continue
@@ -209,13 +213,16 @@ def find_viewpoint(state, cost, exact_below, targets, needed, reach_cells, strid
                     away_x, away_y = targets[k, 0] - x, targets[k, 1] - y
                     if away_x * away_x + away_y * away_y > reach_squared:
                         continue
-                    is_off = is_walled_off(state, targets[k, 0], targets[k, 1], x, y)
-                    if not is_off and sees_into(state, x, y, targets, k):
+                    looked_at += LINE_CELLS
+                    if is_walled_off(state, targets[k, 0], targets[k, 1], x, y):
+                        continue
+                    looked_at += max(abs(away_x), abs(away_y))
+                    if sees_into(state, x, y, targets, k):
                         seen += 1
                         if seen >= needed:
                             best, best_x, best_y = cost[y, x], x, y
                             break
-    return best_x, best_y
+    return best_x, best_y, looked_at
 
 
 @kernel

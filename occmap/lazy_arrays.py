@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import mmap
 from collections.abc import Iterator
@@ -27,7 +28,8 @@ def lazy_zeros(shape: tuple[int, int], dtype: DTypeLike) -> NDArray:
     if size < LARGE_BYTES or HUGE_PAGES is None:
         return np.zeros(shape, dtype)
     memory = mmap.mmap(-1, size, mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
-    memory.madvise(HUGE_PAGES)
+    with contextlib.suppress(OSError):  # a kernel built without them refuses
+        memory.madvise(HUGE_PAGES)
     return np.frombuffer(memory, dtype).reshape(shape)
 
 

@@ -97,6 +97,8 @@ class LivingMap:
 
         While the robot drives, the next scan would wear them away again, and its layers flicker.
         """
+        while self.is_settling:
+            self.settle()
         grid = self.grid
         worn = worn_cells(grid.state, grid.hits)
         was = grid.state.ravel()[worn]
@@ -115,6 +117,11 @@ class LivingMap:
     def holds(self, place: Pose2) -> bool:
         """Whether the grid reaches to where somebody is."""
         return self.grid.contains(*self.grid.frame.cell_at(*place.position))
+
+    def clearance_at(self, place: Pose2) -> float:
+        """Metres from a place to the nearest occupied cell, 0 outside of the map."""
+        ix, iy = self.grid.frame.cell_at(*place.position)
+        return float(self.clearance_m[iy, ix]) if self.grid.contains(ix, iy) else 0.0
 
     def find_frontiers(self) -> list[Frontier]:
         """The frontiers of this moment, within the boundary if there is one."""

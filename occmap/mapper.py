@@ -39,12 +39,6 @@ class GridChange:
         was_known = np.count_nonzero(self.was)
         return int(np.count_nonzero(self.state.ravel()[self.flat_cells])) - int(was_known)
 
-    @staticmethod
-    def of_everything(grid: OccupancyGrid) -> GridChange:
-        """The change from nothing to this grid: for a grid that was swapped in whole."""
-        known = np.flatnonzero(grid.state).astype(np.int32)
-        return GridChange(True, known, np.zeros(len(known), np.uint8), grid.state)
-
 
 class Mapper:
     """Turns ranges into votes and votes into belief; keeps grid.state in step with grid.log_odds."""
@@ -95,7 +89,7 @@ class Mapper:
         points, hit, (low_x, low_y, high_x, high_y) = self._beam_kernels.beam_ends(
             bearings_rad,
             ranges_m,
-            scan.min_range_m,
+            scan.least_range_m,
             scan.max_range_m,
             self.config.usable_range_m,
             self.config.no_returns_in_company,

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 
+from occmap.body import Body
 from occmap.geometry import Twist2
-from occmap.recovery import Recovery, RecoveryConfig
+from occmap.recovery import MapClearance, Recovery, RecoveryConfig
 from occmap.scan import Observation
 from occmap.stuck import StuckConfig, StuckDetector
 
@@ -20,9 +21,14 @@ class Mobility:
     once the robot has driven freely for a while, all is forgiven.
     """
 
-    def __init__(self, stuck: StuckConfig | None = None, recovery: RecoveryConfig | None = None) -> None:
+    def __init__(
+        self,
+        stuck: StuckConfig | None = None,
+        recovery: RecoveryConfig | None = None,
+        body: Body | None = None,
+    ) -> None:
         self.detector = StuckDetector(stuck)
-        self.recovery = Recovery(recovery)
+        self.recovery = Recovery(recovery, body)
         self.is_hopeless = False
         self._asked_s = -math.inf
         self._free_s = 0.0  # driven since the last manoeuvre
@@ -42,9 +48,9 @@ class Mobility:
         dt_s = seen.time_s - last.time_s
         return Twist2(moved.x_m / dt_s, moved.yaw_rad / dt_s)
 
-    def manoeuvre(self, seen: Observation) -> Twist2 | None:
+    def manoeuvre(self, seen: Observation, map_clearance: MapClearance) -> Twist2 | None:
         """What frees the robot; None if it is not stuck, or if all has been tried."""
-        twist = self.recovery.twist(seen)
+        twist = self.recovery.twist(seen, map_clearance)
         if twist is not None or not self._is_stuck(seen):
             return twist
         if self.recovery.is_exhausted:
@@ -53,7 +59,7 @@ class Mobility:
         self.recovery.begin(seen, self.detector.last_twist)
         self.detector.reset()
         self._free_s = 0.0
-        return self.recovery.twist(seen)
+        return self.recovery.twist(seen, map_clearance)
 
     def remember(self, seen: Observation, twist: Twist2) -> None:
         """Note the twist that is about to be commanded."""

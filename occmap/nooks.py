@@ -18,7 +18,7 @@ from occmap.looked_at import LookedAt
 from occmap.lookouts import SEEN_SHARE
 from occmap.memory import FailedLooks
 from occmap.slices import Sliced
-from occmap.views import FAR_CELLS
+from occmap.views import LOOK_CELLS
 from occmap.wavefront import Wavefront
 
 DEPTH_M = 0.35
@@ -78,7 +78,7 @@ class Nooks:
                 goal = goal or self._goal_into_gap(edge, grid, wave)
                 if goal is not None:
                     found.append(goal)
-                yield FAR_CELLS // 2
+                yield LOOK_CELLS + self._chooser.spent()
         return found
 
     def goal_into(self, mouth: Frontier, grid: OccupancyGrid, wave: Wavefront, from_m: float) -> Goal | None:

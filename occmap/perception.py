@@ -30,8 +30,10 @@ class Perception:
         self.map = living_map
         self._unspent: list[tuple[Scan, Pose2]] = []
 
-    def take_in(self, seen: Observation, watch: Stopwatch, *, is_held: bool) -> Percept:
-        """See; while the map is held only a correction changes it, and scans wait."""
+    def take_in(self, seen: Observation, watch: Stopwatch, *, is_held: bool, is_over: bool) -> Percept:
+        """See; while the map is held only a correction changes it, and scans wait; when all is over, none is
+        spent any more.
+        """
         with watch.lap("localization"):
             estimate = self.localizer.update(seen)
         here, correction = estimate.map_from_robot, None
@@ -44,7 +46,7 @@ class Perception:
                 self.map.settle()
         if estimate.scan is not None:
             seen = replace(seen, scan=estimate.scan)
-        if estimate.insert or not self.map.holds(here):
+        if not is_over and (estimate.insert or not self.map.holds(here)):
             self._unspent.append((seen.scan, here @ seen.robot_from_lidar))
         if not is_held or correction is not None:
             for scan, map_from_lidar in self._unspent:

@@ -5,6 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
+from occmap.body import Body
 from occmap.config_checks import NeverNegative
 from occmap.decision import Reason
 from occmap.follower import Steering
@@ -40,15 +43,15 @@ class PursuitConfig(NeverNegative):
     """Nothing new learnt for so long, besides the time to drive the longest way meanwhile: the goal of
     the moment is given up, however often it was replaced or planned to anew."""
     slowest_mps: float = 0.25
-    """What counts as that time: ways lead through gaps and round bends."""
+    """What counts as that time, or half of what the base does: ways lead through gaps and round bends."""
     turns_back: int = 3
     """A goal left so often for another, with nothing new learnt meanwhile, is given up: the way to it
     opens and closes with the noise."""
     gaps_tried: int = 6
     """A goal on the way to which so many gaps have held the robot up, with nothing new learnt meanwhile, is
     given up."""
-    seen_something_cells: int = 8
-    """A look that made so many cells around its frontier known was not in vain."""
+    seen_something_m2: float = 0.02
+    """A look that made so much around its frontier known was not in vain."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -106,7 +109,7 @@ class Pursuit:
     def has_shown_something(self, grid: OccupancyGrid) -> bool:
         """Whether more is known around the frontier now than when the robot set out for it."""
         learnt = known_around(self._place, grid) - self._known_cells
-        return learnt >= self.config.seen_something_cells
+        return learnt >= max(1, round(self.config.seen_something_m2 / grid.frame.resolution_m**2))
 
     def carry_over(self, new_map_from_old_map: Pose2) -> None:
         """Follow a correction of the map: the goal does, the path is to be planned anew."""
@@ -116,7 +119,7 @@ class Pursuit:
     def advance(self, steering: Steering, now_s: float) -> Twist2:
         """Take in where the robot is on its path: the twist to drive on with, or to look around with."""
         self.progress_m = steering.progress_m
-        self.is_void = steering.off_path_m > STRAYED_M
+        self.is_void = self.is_void or steering.off_path_m > STRAYED_M
         self._held_up_s = steering.held_up_s
         to_go_m = self.path.length_m - steering.progress_m
         if to_go_m < self._to_go_m - NEARER_M:
@@ -146,8 +149,9 @@ class Pursuit:
 class Learning:
     """How long the robot has been on its way without learning anything, over all its goals."""
 
-    def __init__(self, config: PursuitConfig) -> None:
+    def __init__(self, config: PursuitConfig, body: Body) -> None:
         self.config = config
+        self._slowest_mps = min(config.slowest_mps, 0.5 * body.max_speed_mps)
         self._known_m2 = 0.0
         self._since_s = 0.0
         self._longest_m = 0.0
@@ -162,6 +166,13 @@ class Learning:
             self._barred.clear()
             self.begin(now_s)
         self._longest_m = max(self._longest_m, way_m)
+
+    def carry_over(self, new_map_from_old_map: Pose2, known_m2: float) -> None:
+        """Follow a correction of the map: what was mapped twice may have become one, and less."""
+        self._known_m2 = min(self._known_m2, known_m2)
+        for places in (self._left, self._barred):
+            moved = new_map_from_old_map.apply(np.array(places, float).reshape(-1, 2))
+            places[:] = [(float(x), float(y)) for x, y in moved]
 
     def begin(self, now_s: float) -> None:
         """Start counting afresh."""
@@ -183,7 +194,7 @@ class Learning:
     def failure(self, now_s: float) -> Failure | None:
         """What is wrong, if it has been too long."""
         fruitless_s = now_s - self._since_s
-        if fruitless_s <= self.config.fruitless_s + self._longest_m / self.config.slowest_mps:
+        if fruitless_s <= self.config.fruitless_s + self._longest_m / self._slowest_mps:
             return None
         return Failure(Reason.GAVE_UP, f"nothing new was learnt in {fruitless_s:.0f} s of trying")
 

@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
+from occmap.body import Body
 from occmap.config_checks import Positive
 from occmap.geometry import Twist2
 from occmap.scan import Observation
 
 CONE_RAD = math.radians(30.0)
 """What lies within this of straight ahead, or straight behind, is in the way."""
+STEP_M = 0.1
+"""So far the map is asked for room."""
+
+MapClearance = Callable[[float], float]
+"""Metres ahead of the robot -> how far the map's nearest obstacle is from there, 0 outside of the map."""
 
 
 @dataclass(frozen=True)
@@ -27,8 +34,8 @@ class RecoveryConfig(Positive):
     """Fast enough to tear a wheel off a threshold."""
     leg_s: float = 1.5
     """Duration of each leg of the first manoeuvre."""
-    room_m: float = 0.28
-    """The robot backs (or goes ahead) only while the lidar sees this much room from its centre."""
+    margin_m: float = 0.11
+    """The robot backs (or goes ahead) only while the lidar sees this much room beyond its body."""
     forgive_after_s: float = 15.0
     """A robot that has driven freely for this long starts counting its attempts afresh."""
 
@@ -42,8 +49,9 @@ class _Leg:
 class Recovery:
     """One manoeuvre at a time: away from where it was heading, then a turn, to alternate sides."""
 
-    def __init__(self, config: RecoveryConfig | None = None) -> None:
+    def __init__(self, config: RecoveryConfig | None = None, body: Body | None = None) -> None:
         self.config = config or RecoveryConfig()
+        self.body = body or Body()
         self.attempts = 0
         self._legs: tuple[_Leg, ...] = ()
 
@@ -59,17 +67,17 @@ class Recovery:
         away = -1.0 if commanded.linear_mps >= 0.0 else 1.0
         side = 1.0 if self.attempts % 2 else -1.0
         self._legs = (
-            _Leg(now_s + leg_s, Twist2(away * c.speed_mps, 0.0)),
-            _Leg(now_s + 2.0 * leg_s, Twist2(0.0, side * c.turn_radps)),
+            _Leg(now_s + leg_s, Twist2(away * min(c.speed_mps, self.body.max_speed_mps), 0.0)),
+            _Leg(now_s + 2.0 * leg_s, Twist2(0.0, side * min(c.turn_radps, self.body.max_turn_radps))),
         )
 
     def is_under_way(self, now_s: float) -> bool:
         return any(now_s < leg.until_s - 1e-6 for leg in self._legs)
 
-    def twist(self, seen: Observation) -> Twist2 | None:
+    def twist(self, seen: Observation, map_clearance: MapClearance) -> Twist2 | None:
         """The manoeuvre's command at this moment, None when it is over. Driving ends where room does."""
         for leg in self._legs:
-            if seen.time_s < leg.until_s - 1e-6 and self._has_room(seen, leg.twist.linear_mps):
+            if seen.time_s < leg.until_s - 1e-6 and self._has_room(seen, leg.twist.linear_mps, map_clearance):
                 return leg.twist
         return None
 
@@ -77,11 +85,19 @@ class Recovery:
         """The robot moves again: what it took is forgotten."""
         self.attempts = 0
 
-    def _has_room(self, seen: Observation, speed_mps: float) -> bool:
-        """Whether the lidar sees enough room that way; a turn needs none, the body is round."""
+    def _has_room(self, seen: Observation, speed_mps: float, map_clearance: MapClearance) -> bool:
+        """Whether the lidar sees enough room that way; where it does not look, whether the map knows of it.
+
+        A turn needs none, the body is round.
+        """
         if speed_mps == 0.0:
             return True
-        hits = seen.robot_from_lidar.apply(seen.scan.hits_in_lidar())
-        off_rad = np.abs(np.arctan2(hits[:, 1], math.copysign(1.0, speed_mps) * hits[:, 0]))
+        room_m, ahead = self.body.radius_m + self.config.margin_m, math.copysign(1.0, speed_mps)
+        scan, mount = seen.scan, seen.robot_from_lidar
+        looks_rad = scan.bearings_rad[scan.ranges_m >= scan.least_range_m] + mount.yaw_rad
+        if not np.any(ahead * np.cos(looks_rad) > math.cos(CONE_RAD)):
+            return map_clearance(ahead * STEP_M) >= min(map_clearance(0.0), room_m)
+        hits = mount.apply(scan.hits_in_lidar())
+        off_rad = np.abs(np.arctan2(hits[:, 1], ahead * hits[:, 0]))
         in_the_way = hits[off_rad < CONE_RAD]
-        return bool(np.hypot(*in_the_way.T).min(initial=math.inf) >= self.config.room_m)
+        return bool(np.hypot(*in_the_way.T).min(initial=math.inf) >= room_m)

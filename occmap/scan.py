@@ -9,13 +9,17 @@ from numpy.typing import NDArray
 
 from occmap.geometry import Points, Pose2
 
+NO_RANGE_M = 1e-3
+"""No lidar measures less: it stands for 0."""
+
 
 @dataclass(frozen=True)
 class Scan:
     """One turn of the lidar, in the lidar's frame; bearings are counter-clockwise from its forward axis.
 
     Ranges follow REP 117. A beam that met nothing has range inf: free up to max_range_m, unknown
-    beyond. A beam that failed has range nan: it says nothing. A range below min_range_m is ignored.
+    beyond. A beam that failed has range nan: it says nothing. Nor does a range below min_range_m, nor 0,
+    which some drivers write for a beam that failed.
     """
 
     bearings_rad: NDArray[np.float64]  # (n,)
@@ -40,9 +44,14 @@ class Scan:
             )
 
     @property
+    def least_range_m(self) -> float:
+        """The shortest range that says something."""
+        return max(self.min_range_m, NO_RANGE_M)
+
+    @property
     def is_hit(self) -> NDArray[np.bool_]:
         """(n,) which beams ended on something."""
-        is_in_range = (self.ranges_m >= self.min_range_m) & (self.ranges_m < self.max_range_m)
+        is_in_range = (self.ranges_m >= self.least_range_m) & (self.ranges_m < self.max_range_m)
         return np.isfinite(self.ranges_m) & is_in_range
 
     def hits_in_lidar(self) -> Points:

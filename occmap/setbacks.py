@@ -21,7 +21,7 @@ class Setbacks:
     def __init__(
         self, config: PursuitConfig, planner: Planner, looks: FailedLooks, looked_at: LookedAt
     ) -> None:
-        self.learning = Learning(config)
+        self.learning = Learning(config, planner.body)
         self._planner = planner
         self._looks = looks
         self._looked_at = looked_at

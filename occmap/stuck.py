@@ -134,7 +134,7 @@ def _is_a_jump(moved: Pose2, commanded_m: float, commanded_rad: float) -> bool:
 def _ranges_after(scan: Scan, old_from_new: Pose2) -> np.ndarray:
     """(n,) ranges that the points of a scan would have from a new pose, nan where no point falls."""
     points = old_from_new.inverse().apply(scan.hits_in_lidar())
-    bearings = scan.bearings_rad
+    bearings = np.unwrap(scan.bearings_rad)  # a turning lidar's, undistorted, may begin on either side of pi
     step = (bearings[-1] - bearings[0]) / max(1, len(bearings) - 1)
     angles = np.arctan2(points[:, 1], points[:, 0])
     beam = np.round((angles - bearings[0]) / step).astype(int) % max(1, round(2 * np.pi / abs(step)))

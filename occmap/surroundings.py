@@ -56,6 +56,11 @@ class Surroundings:
         self._seen_from: Pose2 = Pose2.identity()
         self._map: tuple[OccupancyGrid, NDArray[np.float32]] | None = None
 
+    @property
+    def can_stop_from_mps(self) -> float:
+        """At this speed the base comes to a stop within what is looked at, just."""
+        return math.sqrt(2.0 * self.base.acceleration_mps2 * max(self.config.reach_m - self.base.safe_m, 0.0))
+
     def look(
         self,
         scan: Scan,
@@ -69,7 +74,7 @@ class Surroundings:
         if len(self._hits) < n:
             self._hits, self._lone = np.empty((n, 2)), np.empty((n, 2))
         n_hits, n_lone = self._kernels.near_hits(
-            scan.ranges_m, scan.bearings_rad, scan.min_range_m, scan.max_range_m,
+            scan.ranges_m, scan.bearings_rad, scan.least_range_m, scan.max_range_m,
             c.reach_m, c.same_surface_m, c.neighbours,
             robot_from_lidar.x_m, robot_from_lidar.y_m, robot_from_lidar.yaw_rad, self._hits, self._lone,
         )  # fmt: skip

@@ -109,7 +109,8 @@ def is_free(v, w, v_command, w_command, hold_s, v_ramp, w_ramp, hits, safe_m):
     need = min(safe_m, least_m)
     room_m = min(safe_m - TOUCHING_M, least_m + GAIN_M) if v_command > 0.0 else 0.0
     hold = round(hold_s / dt)
-    for step in range(hold + 40):
+    braking = math.ceil(max(abs(v), abs(v_command)) / (v_ramp * dt)) + 1
+    for step in range(hold + braking):
         is_braking = step >= hold
         v = _ramp(v, 0.0 if is_braking else v_command, v_ramp * dt)
         w = _ramp(w, 0.0 if is_braking else w_command, w_ramp * dt)

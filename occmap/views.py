@@ -21,8 +21,8 @@ BAD_LUCK = 2
 """So many far looks in vain, one after the other, say nothing about the next."""
 FAR_LOOKS = 2
 """A frontier that can only be seen from afar is given up after so many looks."""
-NEAR_CELLS, FAR_CELLS = 2_000, 30_000
-"""What it costs to seek a viewpoint near by, and one half the lidar's range away: see slices.Sliced."""
+LOOK_CELLS = 1_000
+"""What a look costs beside the search for a place to look from: see slices.Sliced."""
 
 
 class Views:
@@ -72,7 +72,7 @@ class Views:
             if goal is not None and self.is_worth_the_way(goal, grid):
                 goals.append(goal)
                 best = best_of((best, goal)) if best is not None else goal
-            yield NEAR_CELLS
+            yield LOOK_CELLS + self._chooser.spent()
         return goals
 
     def has_place(self, frontier: Frontier, failed: int, grid: OccupancyGrid, wave: Wavefront) -> bool:
@@ -107,7 +107,7 @@ class Views:
             found: list[Goal | None] = []
             for frontier, failed in frontiers:
                 found.append(self._from_afar(frontier, failed, grid, wave, from_m))
-                yield FAR_CELLS
+                yield LOOK_CELLS + self._chooser.spent()
             if worthy := self.worthy(found, grid):
                 return worthy
         return []

@@ -107,7 +107,7 @@ def packed_ranges(scan: Scan) -> NDArray[np.uint16]:
     codes[scan.ranges_m >= scan.max_range_m] = NOTHING_MET
     hit = scan.is_hit
     steps = np.round(scan.ranges_m[hit] / step_m)
-    codes[hit] = np.clip(steps, math.ceil(scan.min_range_m / step_m), STEPS - 1)
+    codes[hit] = np.clip(steps, math.ceil(scan.least_range_m / step_m), STEPS - 1)
     return codes
 
 

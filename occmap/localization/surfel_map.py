@@ -41,7 +41,7 @@ class Cloud:
         most_m = min(scan.max_range_m, reach_m)
         return Cloud(
             *cloud_kernels.hits(
-                scan.bearings_rad, scan.ranges_m, scan.min_range_m, most_m, x, y, robot_from_lidar.yaw_rad
+                scan.bearings_rad, scan.ranges_m, scan.least_range_m, most_m, x, y, robot_from_lidar.yaw_rad
             )
         )
 

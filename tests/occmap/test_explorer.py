@@ -75,6 +75,34 @@ def test_having_ended_it_stands_and_says_the_same():
     assert again.unknown_left == last.unknown_left == cell.explorer.certificate()
 
 
+def test_having_ended_it_leaves_its_map_as_it_is():
+    cell = exploring(CELL)
+    cell.run(60.0)
+    before = cell.explorer.grid.log_odds.copy()
+    for _ in range(20):
+        cell.explorer.decide(cell.observe())
+    np.testing.assert_array_equal(cell.explorer.grid.log_odds, before)
+
+
+@pytest.mark.parametrize("nothing", [0.0, -math.inf, math.nan])
+def test_a_covered_lidar_is_blindness_and_no_closed_room(nothing):
+    cell = exploring(CELL)
+    for _ in range(40):
+        seen = cell.observe()
+        covered = replace(seen.scan, ranges_m=np.full_like(seen.scan.ranges_m, nothing), min_range_m=0.0)
+        last = cell.explorer.decide(replace(seen, scan=covered))
+        cell.world.step(last.twist)
+    assert (last.status, last.activity, last.twist) == (Status.EXPLORING, "blind", Twist2.zero())
+
+
+def test_clocks_may_be_set_back():
+    cell = exploring(CELL)
+    cell.run(3.0)
+    ahead = cell.observe
+    cell.observe = lambda: replace(ahead(), time_s=ahead().time_s - 1000.0)
+    assert cell.run(60.0).status is Status.COMPLETE
+
+
 def test_long_thoughts_are_thought_in_turns(monkeypatch):
     """Standing, about one map: scans of the meantime are spent on it afterwards, each of them."""
     monkeypatch.setattr(slices, "TURN_CELLS", 4_000)

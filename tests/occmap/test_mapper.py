@@ -261,12 +261,10 @@ def test_the_grid_grows_no_farther_than_the_beams_reach(config: SensorModelConfi
     assert ny * 0.05 < 3.0 * math.sin(1.0) + slack + 0.2
 
 
-def test_a_grid_swapped_in_whole_reports_all_that_it_knows():
+def test_a_range_of_zero_says_nothing():
     mapper, grid = Mapper(), OccupancyGrid()
-    mapper.insert(random_scan(np.random.default_rng(3)), Pose2.identity(), grid)
-    change = GridChange.of_everything(grid)
-    assert change.grew
-    assert len(change.flat_cells) == np.count_nonzero(grid.state)
+    mapper.insert(beams([0.0, 1.0], [0.0, 3.0], min_range_m=0.0), Pose2.identity(), grid)
+    assert np.count_nonzero(grid.hits) == 1
 
 
 def test_a_sensor_of_endless_range_is_refused_unless_told_how_far_to_use_it():

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from occmap.body import Body
 from occmap.geometry import Pose2, Twist2
 from occmap.mobility import Mobility
 from occmap.recovery import Recovery, RecoveryConfig
@@ -26,17 +28,21 @@ def seen_at(time_s, *, behind_m=5.0, ahead_m=5.0, x_m=0.0, robot_from_lidar=None
     return Observation(time_s, Pose2(x_m, 0.0, 0.0), scan, robot_from_lidar or Pose2.identity())
 
 
+def unasked(ahead_m):
+    raise AssertionError("the lidar sees enough: nobody need ask the map")
+
+
 def manoeuvre(recovery, begun_s, **walls):
     """The twists of one manoeuvre, ten a second, to its end."""
     twists = []
-    while (twist := recovery.twist(seen_at(begun_s + 0.1 * len(twists), **walls))) is not None:
+    while (twist := recovery.twist(seen_at(begun_s + 0.1 * len(twists), **walls), unasked)) is not None:
         twists.append(twist)
         assert len(twists) < 200
     return twists
 
 
-def begun(commanded=AHEAD, now_s=7.0, attempts=1):
-    recovery = Recovery()
+def begun(commanded=AHEAD, now_s=7.0, attempts=1, body=None):
+    recovery = Recovery(body=body)
     for _ in range(attempts):
         recovery.begin(seen_at(now_s), commanded)
     return recovery
@@ -61,21 +67,37 @@ def test_each_turn_is_to_the_other_side_and_manoeuvres_grow_longer():
 
 def test_it_drives_only_while_there_is_room():
     recovery = begun()
-    assert recovery.twist(seen_at(7.0, behind_m=0.4)).linear_mps < 0.0
-    assert recovery.twist(seen_at(7.3, behind_m=0.27)) == Twist2(0.0, 0.8)  # the wall has come near
-    assert begun(Twist2(-0.1, 0.0)).twist(seen_at(7.0, ahead_m=0.2)) == Twist2(0.0, 0.8)
+    assert recovery.twist(seen_at(7.0, behind_m=0.4), unasked).linear_mps < 0.0
+    assert recovery.twist(seen_at(7.3, behind_m=0.27), unasked) == Twist2(0.0, 0.8)  # the wall has come near
+    assert begun(Twist2(-0.1, 0.0)).twist(seen_at(7.0, ahead_m=0.2), unasked) == Twist2(0.0, 0.8)
+
+
+def test_a_larger_body_needs_more_room_and_a_slower_one_is_slower():
+    recovery = begun(body=Body(radius_m=0.5, max_speed_mps=0.1))
+    assert recovery.twist(seen_at(7.0, behind_m=0.65), unasked) == Twist2(-0.1, 0.0)
+    assert recovery.twist(seen_at(7.0, behind_m=0.6), unasked) == Twist2(0.0, 0.8)
+
+
+def test_where_the_lidar_does_not_look_the_map_is_asked():
+    seen = seen_at(7.0)
+    ahead_only = replace(
+        seen, scan=replace(seen.scan, ranges_m=np.where(np.abs(BEARINGS) < 1.6, 3.0, np.nan))
+    )
+    assert begun().twist(ahead_only, lambda ahead_m: 1.0).linear_mps < 0.0
+    assert begun().twist(ahead_only, lambda ahead_m: 0.3 if ahead_m == 0.0 else 0.2) == Twist2(0.0, 0.8)
+    assert begun().twist(ahead_only, lambda ahead_m: 0.2).linear_mps < 0.0  # it gets no worse
 
 
 def test_room_is_seen_from_the_robot_wherever_its_lidar_sits():
     backwards = Pose2(0.0, 0.0, math.pi)
     recovery = begun()
-    assert recovery.twist(seen_at(7.0, ahead_m=0.2, robot_from_lidar=backwards)).linear_mps == 0.0
-    assert recovery.twist(seen_at(7.0, behind_m=0.2, robot_from_lidar=backwards)).linear_mps < 0.0
+    assert recovery.twist(seen_at(7.0, ahead_m=0.2, robot_from_lidar=backwards), unasked).linear_mps == 0.0
+    assert recovery.twist(seen_at(7.0, behind_m=0.2, robot_from_lidar=backwards), unasked).linear_mps < 0.0
 
 
 def test_without_a_manoeuvre_there_is_no_twist():
     recovery = Recovery()
-    assert recovery.twist(seen_at(0.0)) is None
+    assert recovery.twist(seen_at(0.0), unasked) is None
     assert not recovery.is_exhausted
 
 
@@ -96,7 +118,7 @@ class Driver:
         for _ in range(round(seconds / PERIOD_S)):
             world = self.world
             seen = Observation(world.time_s, world.pose, world.scan(beams=120), Pose2.identity())
-            twist = self.mobility.manoeuvre(seen) or command
+            twist = self.mobility.manoeuvre(seen, unasked) or command
             self.mobility.remember(seen, twist)
             world.step(Twist2.zero() if held else twist)
 

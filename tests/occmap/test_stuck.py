@@ -69,6 +69,22 @@ def test_a_bare_corridor_is_not_stuck():
     assert not Ride(CORRIDOR, Pose2(0.0, 1.0, 0.0)).is_stuck_after(20.0, AHEAD)
 
 
+def test_a_bare_corridor_seen_by_a_turning_lidar_is_not_stuck_either():
+    """Made one instant's, its scans begin on either side of pi."""
+    ride = Ride(CORRIDOR, Pose2(0.0, 1.0, 0.0))
+    scan = ride.world.scan
+    turned = [1e-3, -1e-3]
+
+    def turning(beams=360):
+        turned.reverse()
+        seen = scan(beams)
+        bearings = seen.bearings_rad + turned[0]
+        return replace(seen, bearings_rad=np.arctan2(np.sin(bearings), np.cos(bearings)))
+
+    ride.world.scan = turning
+    assert not ride.is_stuck_after(20.0, AHEAD)
+
+
 def test_turning_in_a_round_room_is_not_stuck():
     assert not Ride(ROUND, Pose2(0.0, 0.0, 0.0)).is_stuck_after(10.0, TURN)
 
