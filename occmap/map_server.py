@@ -71,7 +71,7 @@ def load_map(yaml_path: str | Path, read_image: ImageReader = read_pgm) -> NavMa
     state = states_from_brightness(
         brightness[::-1],
         mode=str(fields.get("mode", "trinary")),
-        negate=bool(_number(path, fields, "negate", 0)),
+        negate=_is_set(path, fields, "negate"),
         occupied_above=_number(path, fields, "occupied_thresh", OCCUPIED_THRESHOLD),
         free_below=_number(path, fields, "free_thresh", FREE_THRESHOLD),
     )
@@ -127,6 +127,12 @@ def _number(path: Path, fields: dict[str, Any], name: str, default: float | None
     if not _is_number(value):
         raise ValueError(f"{path}: {name} must be a number, got {value!r}")
     return float(value)
+
+
+def _is_set(path: Path, fields: dict[str, Any], name: str) -> bool:
+    """A flag that is usually 0 or 1; Nav2 takes true and false, too."""
+    value = fields.get(name, False)
+    return value if isinstance(value, bool) else bool(_number(path, fields, name))
 
 
 def _is_number(value: object) -> bool:

@@ -60,8 +60,9 @@ def test_205_is_unknown_in_a_trinary_map_whatever_free_thresh_says(tmp_path: Pat
     assert load_map(path).state.tolist() == [[Belief.FREE, Belief.UNKNOWN, Belief.OCCUPIED]]
 
 
-def test_negate_swaps_black_and_white(tmp_path: Path):
-    path = write(tmp_path, [[0, 50, 255]], negate=1)
+@pytest.mark.parametrize("negate", [1, True])
+def test_negate_swaps_black_and_white(tmp_path: Path, negate: object):
+    path = write(tmp_path, [[0, 50, 255]], negate=negate)
     assert load_map(path).state.tolist() == [[Belief.FREE, Belief.UNKNOWN, Belief.OCCUPIED]]
 
 
@@ -101,6 +102,7 @@ def test_another_reader_may_read_other_images(tmp_path: Path):
         ({"origin": [1.0]}, "origin must be"),
         ({"origin": "here"}, "origin must be"),
         ({"free_thresh": "low"}, "free_thresh must be a number"),
+        ({"negate": "no"}, "negate must be a number"),
     ],
 )
 def test_nonsense_is_refused_with_its_value(tmp_path: Path, fields: dict[str, object], complaint: str):
