@@ -35,7 +35,8 @@ def write_csv(rows: Callable[[], Iterable[Row]], file: Path) -> None:
     """One line per run, a column per value, nested names joined by dots. Reads the rows twice."""
     names = list(dict.fromkeys(name for row in rows() for name, _ in flat(row)))
     with aside(file) as beside, beside.open("w", newline="") as out:
-        writer = csv.DictWriter(out, names, restval="")
+        # meanwhile another shard may have added a run with more columns: its own table will have them
+        writer = csv.DictWriter(out, names, restval="", extrasaction="ignore")
         writer.writeheader()
         for row in rows():
             writer.writerow(dict(flat(row)))
