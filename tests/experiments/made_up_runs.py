@@ -52,6 +52,11 @@ def killed_once(job: Job) -> Result:
     return quick(job)
 
 
+def with_process(job: Job) -> Result:
+    """Tells which process did it."""
+    return Result(row_of(job, process=os.getpid()))
+
+
 def interrupted(job: Job) -> Result:
     """As when somebody asked to stop in the middle of a run."""
     return Result(row_of(job, status="interrupted"))

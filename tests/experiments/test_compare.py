@@ -1,13 +1,13 @@
 """Which of two sweeps is better, and the gate that stops the worse one."""
 
-from dataclasses import replace
+from dataclasses import astuple, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from experiments.compare import main
+from experiments.compare import main, reservations
 from experiments.comparison import Tolerance, bootstrap, compare
 from experiments.pairing import pair
 from experiments.sweep import Sweep, sweep
@@ -89,11 +89,35 @@ def test_another_experiment_in_the_folder_is_no_part(tmp_path, capsys):
         (["--where-a", "nearest"], "NAME=VALUE"),
         (["--where-a", "seed=1", "--where-b", "seed=2"], "nothing to compare"),
         (["--tolerance.metres", "-1"], "tolerance"),
+        (["--seed", "-1"], "seed must not be negative"),
     ],
 )
 def test_a_mistake_is_named(tmp_path, capsys, options, complaint):
     folder = swept(tmp_path)
     assert complaint in mistake(main, [folder, folder, *options], capsys)
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("results.jsonl", '{"name": "maze", "seed": 1, "status": "complete"}'),
+        ("results.jsonl", '{"key": "3fa2", "name": "maze", "status": "complete"}'),
+        ("results.jsonl", '{"key": "3fa2", "name": "maze", "seed": 1}'),
+        ("results.jsonl", "[1]"),
+        ("results.jsonl", "3"),
+        ("results.jsonl", "{"),
+        ("sweep.json", "{}"),
+        ("sweep.json", "[]"),
+        ("runs/3f/3fa2.json", ""),
+        ("runs/3f/3fa2.json", "{}"),
+    ],
+)
+def test_a_file_that_no_sweep_wrote_is_named(tmp_path, capsys, name, text):
+    file = tmp_path / name
+    (tmp_path / "sweep.json").write_text('{"code": "1"}')
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(text)
+    assert str(file) in mistake(main, [str(tmp_path), str(tmp_path)], capsys)
 
 
 def test_a_folder_that_holds_no_sweep_is_named(tmp_path, capsys):
@@ -130,6 +154,21 @@ def test_metres_count_only_where_both_came_to_the_end():
     assert overall.metres.value == pytest.approx(1.0)
     assert (overall.lost, overall.won) == (2, 0)
     assert overall.explored.value == pytest.approx((0.5 - 0.998) * 2 / 16)
+
+
+def test_pairs_that_share_building_and_seed_count_as_one():
+    noisy = replace(AXES, noise_scales=(1.0, 2.0, 4.0))
+    (*_, once) = compare(pair(rows(), rows(longer)))
+    (*_, thrice) = compare(pair(rows(axes=noisy), rows(longer, noisy)))
+    assert (once.pairs, thrice.pairs) == (16, 48)
+    for one, other in ((once.metres, thrice.metres), (once.explored, thrice.explored)):
+        assert astuple(one) == pytest.approx(astuple(other))
+
+
+def test_few_buildings_are_a_reservation_however_many_pairs_there_are():
+    few = rows(axes=replace(AXES, seeds=(0, 2), noise_scales=(1.0, 2.0, 4.0)))
+    assert reservations(pair(few, few)) == ["only 4 buildings: so few make the intervals too narrow"]
+    assert not reservations(pair(rows(), rows()))
 
 
 def test_what_crashed_is_worse():

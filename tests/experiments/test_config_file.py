@@ -68,6 +68,11 @@ def test_a_file_that_does_not_fit_is_refused(tmp_path, text, complaints):
     assert all(complaint in str(refusal.value) for complaint in complaints)
 
 
+def test_keys_that_are_no_names_are_refused_too():
+    with pytest.raises(ValueError, match="unknown key 1, 'knid'; valid ones: kind"):
+        config_file.from_plain(Outer, {1: 2, "knid": "maze"}, where="file")
+
+
 def test_a_missing_file_is_refused(tmp_path):
     with pytest.raises(ValueError, match="cannot read"):
         config_file.read(Outer, tmp_path / "nowhere.json")

@@ -17,6 +17,7 @@ import yaml
 from scipy import ndimage
 
 from experiments.explore import main
+from experiments.recorders.coverage_plot import CoveragePlot
 from experiments.summary import MEASURED, Summary
 from occmap.geometry import Twist2
 from sim.faults import PhysicsFault
@@ -202,3 +203,20 @@ def test_a_physics_fault_ends_the_run_with_its_reason_and_what_there_is(tmp_path
     assert main([*SMALL, "--out", str(tmp_path / "run")]) == 5
     assert "physics fault at t = 5.1 s" in capsys.readouterr().err
     assert summary_in(tmp_path / "run")["status"] == "physics_fault"
+
+
+@pytest.mark.parametrize(("limit_s", "status"), [("2", 3), ("200", 1)])
+def test_a_recorder_that_fails_at_the_end_costs_its_own_file_only(
+    tmp_path, capsys, monkeypatch, limit_s, status
+):
+    def disk_full(_: CoveragePlot) -> None:
+        raise OSError("no space left on device")
+
+    monkeypatch.setattr(CoveragePlot, "close", disk_full)
+    imageio.imwrite(tmp_path / "hall.png", np.full((50, 60), 255, np.uint8))
+    plan = ["--plan", str(tmp_path / "hall.png"), "--plan-resolution-m", "0.1", "--time-limit-s", limit_s]
+    assert main([*QUICK, *plan, "--no-video", "--record", "--out", str(tmp_path / "run")]) == status
+    said = capsys.readouterr().err
+    assert "error: not written, CoveragePlot: OSError: no space left on device" in said
+    left = {"map.yaml", "truth.tum", "summary.json", "recording.rrd"}
+    assert left <= {file.name for file in (tmp_path / "run").iterdir()}

@@ -11,7 +11,7 @@ from experiments.config import ExperimentConfig
 from experiments.sweep import parse
 from experiments.sweeping import code_version
 from experiments.sweeping.code_version import sources
-from experiments.sweeping.jobs import Job, jobs_of
+from experiments.sweeping.jobs import Job, content_hash, jobs_of
 from experiments.sweeping.matrix import Matrix, axis_of
 from experiments.sweeping.matrix_file import read_matrix
 from sim.generators import BuildingConfig, Kind
@@ -86,13 +86,37 @@ def test_a_file_says_the_same_as_options_and_options_win(tmp_path, name, text):
         ("[vary]\nnoise_scale = 3", "vary"),
         ("[experiment]\nbeams = 3", "beams"),
         ("kinds = [", "TOML"),
+        ("[experiment]\nseed = 3", "give seeds instead"),
+        ('[experiment]\nplan = "house.yaml"', "give plans instead"),
+        ('[experiment.building]\nkind = "maze"', "give kinds instead"),
+        ("[vary]\nnoise_scale = [2020-01-01]", "noise_scale"),
     ],
 )
 def test_a_file_that_is_none_is_named(tmp_path, text, complaint):
     file = tmp_path / "m.toml"
     file.write_text(text)
     with pytest.raises(ValueError, match=complaint):
-        read_matrix(file)
+        len(read_matrix(file))
+
+
+@pytest.mark.parametrize(
+    ("options", "axis"),
+    [(["--seed", "0"], "seeds"), (["--plan", "house.yaml"], "plans"), (["--building.kind=office"], "kinds")],
+)
+def test_options_that_are_axes_of_every_sweep_are_mistakes(options, axis):
+    with pytest.raises(ValueError, match=f"give {axis} instead"):
+        parse(["--kinds", "maze", *options])
+
+
+def test_what_the_experiment_and_the_axis_agree_on_is_no_mistake():
+    mazes = replace(SAME, building=BuildingConfig(kind="maze"))
+    assert len(Matrix(kinds=("maze",), seeds=(0, 2), experiment=mazes)) == 2
+
+
+def test_an_axis_with_a_value_twice_is_a_mistake():
+    for matrix in (Matrix(strategies=("utility", "utility")), Matrix(vary=("lidar.beams=180,360,180",))):
+        with pytest.raises(ValueError, match=r"takes (utility|180) twice"):
+            len(matrix)
 
 
 def test_plans_in_a_file_lie_beside_it(tmp_path):
@@ -103,6 +127,7 @@ def test_plans_in_a_file_lie_beside_it(tmp_path):
 
 def test_varied_values_are_written_as_in_yaml():
     assert axis_of("lidar.beams=180, 360").values == (180, 360)
+    assert axis_of("noise_scale=1e-3,2.5E1").values == (0.001, 25.0)
     assert axis_of("explorer.goals.gain=raycast,size").values == ("raycast", "size")
     assert axis_of("building.size_m=[30, 20],[12, 10]").values == ((30.0, 20.0), (12.0, 10.0))
 
@@ -138,6 +163,20 @@ def test_a_plan_is_known_by_its_contents_not_by_its_place(tmp_path):
     assert keys[0] == keys[1]
     there.write_bytes(b"other walls")
     assert Job(replace(SAME, plan=there), "").key != keys[0]
+
+
+def test_a_plan_is_known_by_what_it_includes_too(tmp_path):
+    plan, walls, shelf = (tmp_path / f"{name}.xml" for name in ("plan", "walls", "shelf"))
+    plan.write_text('<mujoco><include file="walls.xml"/></mujoco>')
+    walls.write_text('<mujoco><include file="shelf.xml"/></mujoco>')
+    shelf.write_text("<mujoco/>")
+    before = content_hash(plan)
+    shelf.write_text("<mujoco><worldbody/></mujoco>")
+    after = content_hash(plan)
+    walls.write_text("<mujoco/>")
+    assert len({before, after, content_hash(plan)}) == 3
+    walls.write_text("<mujoco>")
+    assert content_hash(plan) == str(plan)
 
 
 def test_the_code_version_follows_what_a_run_imports_and_nothing_else(tmp_path, monkeypatch):

@@ -1,7 +1,9 @@
 """An oracle's tour sees enough, is no longer than a way given, and is the known one where that is known."""
 
 import json
+from dataclasses import replace
 from itertools import pairwise, permutations
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,9 +12,11 @@ from PIL import Image
 from experiments.config import ExperimentConfig
 from experiments.experiment import prepare
 from experiments.maps import write_truth
+from experiments.oracle import figures
 from experiments.oracle.__main__ import main
 from experiments.oracle.bound import path_bound, spanning_tree
 from experiments.oracle.floor import Floor
+from experiments.oracle.run_files import read_run
 from experiments.oracle.samples import chances
 from experiments.oracle.search import Seen, TourSearch
 from experiments.oracle.tour import ENOUGH, OracleConfig, metres, near_shortest_tour, seen_along
@@ -41,6 +45,10 @@ FOUR_ROOMS = """####################
                 #..................#
                 #....#........#....#
                 ####################"""
+
+
+WEST = ((0.0, 0.0), (5.4, 0.0), (5.4, 6.0), (0.0, 6.0))
+"""A boundary around the rooms on the left."""
 
 
 def floor_of(wall: np.ndarray, start: tuple[float, float], range_m: float = 12.0) -> Floor:
@@ -155,14 +163,26 @@ def test_chances_add_up_and_none_is_more_than_certain():
     assert chance.sum() == pytest.approx(3.0, abs=0.5)
 
 
-def leave_run(folder, floor: Floor, trail: np.ndarray) -> None:
+def eastmost_m(floor: Floor) -> float:
+    """How far east the body's axis can be, in `world`."""
+    return floor.world_from(np.argwhere(floor.stands)[:, ::-1])[:, 0].max()
+
+
+def in_four_rooms(folder) -> ExperimentConfig:
+    """An experiment in them, from a plan that this leaves in a folder."""
+    plan = folder / "rooms.png"
+    Image.fromarray(np.where(drawn(FOUR_ROOMS)[::-1], 0, 255).astype(np.uint8)).save(plan)
+    return ExperimentConfig(plan=plan, plan_resolution_m=RESOLUTION_M, start=(5.0, 1.5, 0.0))
+
+
+def leave_run(folder, floor: Floor, trail: np.ndarray, **config: object) -> None:
     """What a finished run's folder holds, as far as an oracle reads it."""
     write_truth(floor.truth, folder / "truth")
     mask = explorable(floor.truth, Pose2(*trail[0], 0.0), BODY_M, floor.range_m)
     write_pgm(folder / "explorable.pgm", np.where(mask[::-1], 255, 0).astype(np.uint8))
     poses = np.column_stack((trail, np.zeros(len(trail))))
     write_tum(folder / "truth.tum", Trajectory(0.1 * np.arange(len(trail)), poses))
-    (folder / "config.json").write_text(json.dumps({"lidar": {"max_range_m": floor.range_m}}))
+    (folder / "config.json").write_text(json.dumps({"lidar": {"max_range_m": floor.range_m}} | config))
 
 
 def test_the_command_answers_for_runs_of_one_task_together(tmp_path, capsys, rooms):
@@ -184,17 +204,32 @@ def test_the_command_refuses_what_is_no_run(tmp_path, capsys):
     assert "is not the folder of a run that has ended" in mistake(main, [str(tmp_path)], capsys)
 
 
+def test_no_way_leaves_a_boundary(tmp_path, rooms):
+    leave_run(tmp_path, rooms, np.array([(1.5, 1.5), (4.0, 1.5)]), boundary=WEST)
+    run = read_run(tmp_path)
+    assert run.task != replace(run, boundary=()).task
+    assert eastmost_m(run.floor()) < 5.4 < 9.0 < eastmost_m(rooms)
+
+
+def test_a_run_within_a_boundary_is_measured_by_ways_within_it(tmp_path, monkeypatch):
+    asked = replace(in_four_rooms(tmp_path), start=(1.5, 1.5, 0.0), boundary=WEST)
+    monkeypatch.setattr(figures, "near_shortest_tour", lambda *_: None)
+    monkeypatch.setattr(figures, "compared", lambda oracle, floor, trail: floor)
+    done = SimpleNamespace(experiment=prepare(asked), trajectory=SimpleNamespace(true=np.zeros((1, 3))))
+    assert eastmost_m(figures.oracle_of(done)) < 5.4  # type: ignore[arg-type]
+
+
+def test_a_run_whose_doors_closed_is_refused(tmp_path, capsys, rooms):
+    leave_run(tmp_path, rooms, np.array([(5.0, 1.5), (4.0, 1.5)]), faults={"close_doors_at_s": 5.0})
+    assert "doors closed in this run" in mistake(main, [str(tmp_path)], capsys)
+
+
 def test_the_command_wants_a_run(capsys):
     assert "name at least one folder" in mistake(main, [], capsys)
 
 
 def test_a_summary_has_the_oracle_that_was_asked_for(tmp_path):
-    plan = tmp_path / "rooms.png"
-    Image.fromarray(np.where(drawn(FOUR_ROOMS)[::-1], 0, 255).astype(np.uint8)).save(plan)
-    asked = ExperimentConfig(
-        plan=plan, plan_resolution_m=RESOLUTION_M, start=(5.0, 1.5, 0.0), time_limit_s=3.0, oracle=True
-    )
-    summary = summarise(run(prepare(asked)))
+    summary = summarise(run(prepare(replace(in_four_rooms(tmp_path), time_limit_s=3.0, oracle=True))))
     assert summary.status == "time_limit"
     assert summary.oracle_m is not None
     assert summary.oracle_lower_bound_m is not None

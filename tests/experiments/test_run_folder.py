@@ -34,6 +34,15 @@ def test_named_folders_are_unique(tmp_path):
     assert names == ["office-1", "office-1-2", "office-1-3"]
 
 
+@pytest.mark.parametrize("name", ["../../x", "/x", "a/b", "..", ".hidden", "plan: 2nd floor"])
+def test_a_plan_may_bear_any_name(tmp_path, name):
+    for _ in range(2):
+        made = RunFolder.create_named(tmp_path / "runs", name).path
+        assert made.parent == tmp_path / "runs"
+        assert made.is_dir()
+        assert not made.name.startswith(".")
+
+
 def test_runs_that_cannot_be_kept_are_refused(tmp_path):
     (tmp_path / "runs").write_text("")
     with pytest.raises(ValueError, match="cannot write to"):

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,7 @@ from experiments.config import ExperimentConfig
 from experiments.summary import MEASURED
 from experiments.sweep import Sweep, main, sweep
 from experiments.sweeping import table
+from experiments.sweeping.code_version import code_version
 from experiments.sweeping.groups import Naming, group
 from experiments.sweeping.jobs import crashed, jobs_of
 from experiments.sweeping.matrix import Matrix
@@ -114,6 +116,32 @@ def test_shards_share_the_work_and_the_folder(tmp_path):
     assert [row["seed"] for row in rows_of(store)] == list(range(7))
 
 
+def test_two_shards_that_write_a_table_at_once_do_not_meet(tmp_path):
+    file, passes = tmp_path / "table.csv", []
+
+    def rows() -> Iterator[dict]:
+        passes.append(None)
+        if len(passes) == 2:  # the table is half written, and another shard knows of a run more
+            table.write_csv(lambda: iter([{"seed": 1}, {"seed": 2, "error": "oops"}]), file)
+            yield {"seed": 2, "error": "oops"}
+        yield {"seed": 1}
+
+    table.write_csv(rows, file)
+    assert file.read_text().split() == ["seed", "2", "1"]
+    assert list(tmp_path.iterdir()) == [file]
+
+
+def test_the_table_is_told_though_another_shard_has_just_begun(tmp_path, capsys, monkeypatch):
+    def overtaken(asked: Sweep, stop: Any) -> Store:
+        store = sweep(asked, stop, quick)
+        store.ask({"code": code_version()})
+        return store
+
+    monkeypatch.setattr("experiments.sweep.sweep", overtaken)
+    assert main(["--out", str(tmp_path), "--kinds", "maze", "--seeds", "0", "2"]) == 0
+    assert "maze" in capsys.readouterr().out
+
+
 def test_a_run_cut_short_is_not_kept(tmp_path):
     assert rows_of(sweep(asked(tmp_path), work=interrupted)) == []
 
@@ -164,6 +192,7 @@ def test_two_sweeps_of_one_matrix_agree(tmp_path):
         (["--vary", "lidar.beems=3"], "beems"),
         (["--vary", "noise_scale=1,2", "--noise-scales", "1"], "twice"),
         (["--kinds", "office", "--sizes", "1", "1"], "at least"),
+        (["--seed", "3"], "give seeds instead"),
         (["--plans", "nowhere.yaml"], "nowhere.yaml"),
         (["--matrix", "nowhere.toml"], "nowhere.toml"),
         (["--scheduler", "tcp://127.0.0.1:1"], "scheduler"),

@@ -10,7 +10,7 @@ from sim.faults import FaultsConfig
 from sim.lidar import Lidar, LidarConfig
 from sim.lidar_noise import LidarNoiseConfig, LidarStreams
 from sim.odometry import Odometry, OdometryConfig
-from sim.robot import Robot
+from sim.robot import Robot, RobotConfig
 from sim.world import World
 
 EXACT = LidarConfig(noise=LidarNoiseConfig().scaled(0.0))
@@ -40,11 +40,11 @@ def robot_in(
     lidar: LidarConfig = EXACT,
     odometry: OdometryConfig | None = None,
     faults: FaultsConfig | None = None,
+    config: RobotConfig | None = None,
     seed: int = 0,
 ) -> Robot:
     """A robot at the building's start; by default its lidar is exact and its odometry is not."""
     world = World(building, faults)
     lidar_rng, odometry_rng = np.random.default_rng(seed).spawn(2)
-    return Robot(
-        world, Lidar(world, LidarStreams.spawned(lidar_rng), lidar), Odometry(world, odometry_rng, odometry)
-    )
+    beams = Lidar(world, LidarStreams.spawned(lidar_rng), lidar)
+    return Robot(world, beams, Odometry(world, odometry_rng, odometry), config)

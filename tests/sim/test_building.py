@@ -106,6 +106,22 @@ def test_a_mesh_at_lidar_height_is_refused(tmp_path: Path):
         load_mjcf(path)
 
 
+def test_floors_and_ceilings_are_no_walls_and_a_tilted_plane_is_refused(tmp_path: Path):
+    ceiling = '<geom type="plane" pos="0 0 2.5" euler="{} 0 0" size="9 9 1"/>'
+    assert furniture_in(mjcf(tmp_path, ceiling.format(180) + ceiling.format(0))) == ()
+    with pytest.raises(ValueError, match=r"'ramp' is a plane that is not level at the lidar's height"):
+        load_mjcf(mjcf(tmp_path, '<geom name="ramp" type="plane" pos="2 2 0" euler="20 0 0" size="1 1 1"/>'))
+
+
+@pytest.mark.parametrize("name", ["bounds", "room:kitchen"])
+def test_bounds_of_anything_but_four_numbers_are_a_mistake(tmp_path: Path, name: str):
+    path = mjcf(tmp_path, "")
+    custom = f'<custom><numeric name="{name}" data="0 0 4"/></custom><worldbody>'
+    path.write_text(path.read_text().replace("<worldbody>", custom, 1))
+    with pytest.raises(ValueError, match=rf"plan\.xml: the numeric {name} must be x0 y0 x1 y1"):
+        load_mjcf(path)
+
+
 def test_the_site_named_start_is_the_start(tmp_path: Path):
     path = mjcf(tmp_path, '<body pos="1 1 0"><site name="start" pos="0.5 0 0" euler="0 0 40"/></body>')
     start = load_plan(path, np.random.default_rng(0)).start

@@ -84,6 +84,21 @@ def test_the_same_rng_gives_the_same_start_and_it_lies_in_the_largest_room(tmp_p
         assert load_plan(path, np.random.default_rng(seed)).start.x_m > -1.5 + 25 * 0.05
 
 
+def test_a_plan_of_few_large_pixels_has_its_start_inside(tmp_path: Path):
+    image = np.pad(np.full((6, 6), FREE, np.uint8), 1, constant_values=OCCUPIED)
+    iio.imwrite(tmp_path / "plan.png", image)
+    for seed in range(20):
+        start = load_plan(tmp_path / "plan.png", np.random.default_rng(seed), resolution_m=1.0).start
+        assert all(1.0 < at < 7.0 for at in start.position)
+
+
+def test_a_plan_that_says_its_size_is_not_told_another(tmp_path: Path):
+    (tmp_path / "plan.xml").write_text("<mujoco/>")
+    for path in (write_map(tmp_path, ragged_image()), tmp_path / "plan.xml"):
+        with pytest.raises(ValueError, match=r"says itself how large it is: leave .* 0\.1 m out"):
+            load(path, resolution_m=0.1)
+
+
 def test_a_given_start_is_in_the_plans_own_frame(tmp_path: Path):
     start = Pose2(-0.5, 3.5, 1.0)  # column 20, row 25 of the image
     assert load(write_map(tmp_path, ragged_image()), start=start).start == start

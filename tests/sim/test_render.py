@@ -53,6 +53,17 @@ def test_a_closing_door_comes_out_of_the_floor(studio):
     assert changed_near(opened, closed) == pytest.approx((4.0, 2.0), abs=0.5)
 
 
+def test_a_building_of_more_things_than_mujoco_draws_by_default_is_drawn(studio):
+    specks = (Box(0.05 + 0.05 * (k % 110), 0.05 + 0.03 * (k // 110), 0.01, 0.01) for k in range(10_050))
+    ragged = room(6.0, 4.0, START, tuple(specks))
+    model = building_scene(ragged).compile()
+    assert model.ngeom > 10_000
+    opened = open_studio(model, ragged, SIZE_PX)
+    assert opened is not None
+    with opened:
+        assert opened.overview(START).std() > 10
+
+
 def test_no_graphics_is_a_value_and_not_an_error(monkeypatch):
     monkeypatch.setattr("sim.render.BACKENDS", ("nonsense",))
     assert open_studio(building_scene(BUILDING).compile(), BUILDING, SIZE_PX) is None

@@ -81,6 +81,16 @@ def test_nonsense_is_refused_with_its_value(mistake):
         RobotConfig(**mistake)
 
 
+def test_limits_that_the_wheels_cannot_reach_are_refused():
+    robot_in(BIG, config=RobotConfig(max_linear_mps=1.5, max_angular_radps=3.0))
+    for linear, angular in ((2.0, 1.5), (0.5, 20.0)):
+        fast = RobotConfig(max_linear_mps=linear, max_angular_radps=angular)
+        with pytest.raises(
+            ValueError, match=f"max_linear_mps {linear} with max_angular_radps {angular} turns"
+        ):
+            robot_in(BIG, config=fast)
+
+
 def test_a_rate_that_does_not_divide_the_physics_steps_is_refused():
     with pytest.raises(ValueError, match=r"rate_hz must divide the 200 physics steps a second, got 7"):
         robot_in(BIG, lidar=LidarConfig(rate_hz=7.0))

@@ -235,6 +235,13 @@ def test_mistakes_are_named():
             truth_grid(a_building(), resolution_m)
 
 
+def test_cells_that_do_not_suit_a_building_are_refused_with_its_size():
+    for resolution_m, complaint in ((6e-5, "more than 250000000 cells of 6e-05 m"), (1.5, "cells of 1.5 m")):
+        with pytest.raises(ValueError, match=f"the building spans 1 m x 1 m: {complaint}"):
+            truth_grid(a_building(), resolution_m)
+    assert not truth_grid(a_building(), 1.0).wall.any()
+
+
 def test_the_summary_counts_what_stands_there():
     building = a_building(
         Box(0.5, 0.05, 0.5, 0.05), Cylinder(0.8, 0.8, 0.02), doors=(Door(Box(0.5, 0.5, 0.4, 0.02)),)
