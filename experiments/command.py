@@ -21,7 +21,8 @@ class Command:
 
     With no options: a generated office, a robot that works out by slam where it is, and a folder in
     runs/ with the recording, a video, the map, the curves and summary.json. Exit status: 0 complete or
-    sealed in, 2 a mistake in the options, 3 time limit, 4 stuck, 5 physics fault, 130 or 143 interrupted.
+    sealed in, 1 the same but for a recording or a film that failed, 2 a mistake in the options, 3 time limit,
+    4 stuck, 5 physics fault, 130 or 143 interrupted.
 
     The first boxes are about the run, the building and the robot. From `map` on they tune the robot's mind,
     part by part: a first run needs none of them.
