@@ -14,6 +14,8 @@ from occmap.localization.likelihood_pyramid import LikelihoodPyramid
 from occmap.localization.surfel_map import BRIDGE_OFF_M, Cloud, Corner, PackedSurfels, SurfelMap
 from occmap.scan import Scan
 
+ROOM_VOXELS = 4
+"""Free around a finished submap."""
 FLAT_M = 0.012
 """Hits of a wall are off its line by so much even where noise is averaged out; a front before it by more."""
 
@@ -147,13 +149,16 @@ class Submap:
         return self._raster
 
     def _bounds(self) -> tuple[Corner, Corner]:
-        """Low and high corner: of all within reach while it grows, of the cloud when it is finished."""
+        """Low and high corner: of all within reach while it grows, of the cloud when it is finished.
+
+        On the same voxels: in others, two surfels would fall into one, and one of them be lost.
+        """
+        half, voxel_m = min(self.reach_m, self.config.reach_m) + self.config.margin_m, self.config.voxel_m
         if self.cloud is None or len(self.cloud) == 0:
-            half = min(self.reach_m, self.config.reach_m) + self.config.margin_m
             return (-half, -half), (half, half)
-        room_m = 4.0 * self.config.voxel_m
-        low, high = self.cloud.means.min(axis=0) - room_m, self.cloud.means.max(axis=0) + room_m
-        return (float(low[0]), float(low[1])), (float(high[0]), float(high[1]))
+        low, high = self.cloud.means.min(axis=0), self.cloud.means.max(axis=0) + ROOM_VOXELS * voxel_m
+        x, y = (np.floor((low + half) / voxel_m) - ROOM_VOXELS) * voxel_m - half
+        return (float(x), float(y)), (float(high[0]), float(high[1]))
 
 
 def share_seen_through(submap: Submap, points: Points) -> float:

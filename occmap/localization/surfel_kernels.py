@@ -17,6 +17,10 @@ from occmap.kernel import fast_kernel, kernel, part
 
 LEAST_SUPPORT = 4.0
 """Fewer points tell nothing."""
+FLAT = 0.5
+"""From this flatness on a surfel is meant to be a piece of a wall."""
+ROUGH_SHARE = 0.3
+"""Of the roughness of walls, what may look like information along them: noise tilts their normals."""
 OVERSTEP = 1.25
 """Of a Gauss-Newton step, what is taken: as weights follow the points, each step is a quarter too short."""
 GRAZING = 0.25
@@ -104,13 +108,15 @@ def _renew_normal(index, surfels, ix, iy):
 @fast_kernel
 def linearise(index, surfels, origin_x, origin_y, voxels_per_m, points, facing, pose, scale, hessian,
               gradient):  # fmt: skip
-    """Adds the points' normal equations about pose (x, y, yaw); returns the sum of weights.
+    """Adds the points' normal equations about pose (x, y, yaw); returns the sum of weights, and the roughness
+    (1 - flatness) of the walls that they lie on, in sum, weighted as the hessian is.
 
     Point-to-line residuals where the surfel is flat, blended into point-to-point where it is not;
     Geman-McClure weights of the given scale (m) let go of what the map does not know. O(points * 9).
     """
     c, s = math.cos(pose[2]), math.sin(pose[2])
     weight_sum = 0.0
+    roughness = 0.0
     blur = 0.25 * voxels_per_m * voxels_per_m
     for p in range(points.shape[0]):
         rx = c * points[p, 0] - s * points[p, 1]
@@ -122,14 +128,14 @@ def linearise(index, surfels, origin_x, origin_y, voxels_per_m, points, facing, 
             continue
         fx = c * facing[p, 0] - s * facing[p, 1]
         fy = s * facing[p, 0] + c * facing[p, 1]
-        total = mxx = mxy = myy = gx = gy = gain = 0.0
+        total = mxx = mxy = myy = gx = gy = gain = rough = 0.0
         for j in range(max(iy - 1, 0), min(iy + 2, index.shape[0])):
             for i in range(max(ix - 1, 0), min(ix + 2, index.shape[1])):
                 row = index[j, i]
                 if row < 0:
                     continue
                 flat, nx, ny = surfels[row, 4], surfels[row, 2], surfels[row, 3]
-                if flat < 0.0 or (flat > 0.5 and nx * fx + ny * fy < 0.0):
+                if flat < 0.0 or (flat > FLAT and nx * fx + ny * fy < 0.0):
                     continue  # too little to tell, or the wall's other face
                 ex, ey = x - surfels[row, 0], y - surfels[row, 1]
                 near = 1.0 - (ex * ex + ey * ey) * blur
@@ -140,6 +146,7 @@ def linearise(index, surfels, origin_x, origin_y, voxels_per_m, points, facing, 
                 f2, iso = v * flat * flat, v * 0.1 * (1.0 - flat)
                 axx, axy, ayy = f2 * nx * nx + iso, f2 * nx * ny, f2 * ny * ny + iso
                 total += v
+                rough += v * (1.0 - flat) if flat > FLAT else 0.0
                 # errors along a beam are off the wall by its cosine: what grazes a wall tells most
                 cosine, flat2 = nx * fx + ny * fy, flat * flat
                 gain += v * (1.0 - flat2 + flat2 * (1.0 + GRAZING) / (cosine * cosine + GRAZING))
@@ -156,6 +163,7 @@ def linearise(index, surfels, origin_x, origin_y, voxels_per_m, points, facing, 
         w *= w
         weight_sum += w
         w *= gain / total
+        roughness += w * rough / total
         hx, hy = mxx * -ry + mxy * rx, mxy * -ry + myy * rx
         hessian[0, 0] += w * mxx
         hessian[0, 1] += w * mxy
@@ -166,7 +174,28 @@ def linearise(index, surfels, origin_x, origin_y, voxels_per_m, points, facing, 
         gradient[0] += w * gx
         gradient[1] += w * gy
         gradient[2] += w * (gx * -ry + gy * rx)
-    return weight_sum
+    return weight_sum, roughness
+
+
+@part
+def forget_weak_axis(hessian, gradient, roughness):
+    """Drop what the points tell along their weakest axis, if the roughness of walls could say as much.
+
+    Along a bare corridor noise tells of no motion: each scan would be held back to where the last one was.
+    After Zhang, Kaess and Singh, On degeneracy of optimization-based state estimation problems, ICRA 2016,
+    who leave such an axis to the prediction; here what counts as degenerate follows the noise.
+    """
+    middle = 0.5 * (hessian[0, 0] + hessian[1, 1])
+    spread = math.hypot(0.5 * (hessian[0, 0] - hessian[1, 1]), hessian[0, 1])
+    if middle - spread >= ROUGH_SHARE * roughness:
+        return
+    angle = 0.5 * math.atan2(2.0 * hessian[0, 1], hessian[0, 0] - hessian[1, 1])
+    x, y = math.cos(angle), math.sin(angle)  # the strong axis
+    most = middle + spread
+    along, turn = gradient[0] * x + gradient[1] * y, hessian[0, 2] * x + hessian[1, 2] * y
+    gradient[0], gradient[1] = along * x, along * y
+    hessian[0, 0], hessian[0, 1], hessian[1, 1] = most * x * x, most * x * y, most * y * y
+    hessian[0, 2], hessian[1, 2] = turn * x, turn * y
 
 
 @fast_kernel
@@ -187,7 +216,7 @@ def refine(index, surfels, origin_x, origin_y, voxels_per_m, points, facing, sta
         for _ in range(iterations):
             hessian[:, :] = 0.0
             gradient[:] = 0.0
-            weight = linearise(
+            weight, roughness = linearise(
                 index,
                 surfels,
                 origin_x,
@@ -200,6 +229,7 @@ def refine(index, surfels, origin_x, origin_y, voxels_per_m, points, facing, sta
                 hessian,
                 gradient,
             )
+            forget_weak_axis(hessian, gradient, roughness)
             hessian[1, 0], hessian[2, 0], hessian[2, 1] = hessian[0, 1], hessian[0, 2], hessian[1, 2]
             offset[0], offset[1] = pose[0] - prior[0], pose[1] - prior[1]
             offset[2] = math.pi - (math.pi - (pose[2] - prior[2])) % (2.0 * math.pi)

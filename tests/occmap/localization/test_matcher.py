@@ -13,6 +13,7 @@ from occmap.localization.matcher import Matcher, MatcherConfig
 from occmap.localization.motion import Prediction
 from occmap.localization.submap import Submap, SubmapConfig
 from occmap.localization.surfel_map import Cloud
+from occmap.scan import Scan
 from tests.occmap.kinematic_world import room
 from tests.occmap.localization.drives import scan_at
 
@@ -217,6 +218,34 @@ def test_normal_equations_are_the_gradient_of_the_cost():
     pose, eps = np.array([0.01, 0.005, 0.01]), 1e-6
     numeric = [(cost(pose + eps * e) - cost(pose - eps * e)) / (2 * eps) for e in np.eye(3)]
     assert linearised(pose) == pytest.approx(np.array(numeric), abs=1e-4)
+
+
+def two_walls(rng, noise_m):
+    """What is seen of a bare corridor, 2.4 m wide, from somewhere along it."""
+    bearings = np.linspace(-math.pi, math.pi, 360, endpoint=False)
+    ranges = 1.2 / np.maximum(np.abs(np.sin(bearings)), 1e-9)
+    ranges = np.where(ranges < 12.0, ranges + noise_m * rng.standard_normal(360), np.inf)
+    return Cloud.of(Scan(bearings, ranges, 12.0), Pose2.identity(), 60.0)
+
+
+@pytest.mark.parametrize("noise_m", [0.02, 0.03, 0.06])
+def test_along_a_bare_corridor_noise_tells_nothing(noise_m):
+    rng, submap = np.random.default_rng(1), Submap(SubmapConfig(), Pose2.identity(), np.eye(3), 12.0)
+    for k in range(20):
+        submap.insert(two_walls(rng, noise_m), Pose2(0.05 * k, 0.0, 0.0))
+    guess, prior = Pose2(1.2, 0.0, 0.0), np.diag([100.0, 100.0, 1e4])
+    match = Matcher().refine(two_walls(rng, noise_m), submap, guess, guess, prior)
+    assert match.submap_from_robot.x_m == pytest.approx(guess.x_m, abs=2e-3)
+    assert match.information[0, 0] < 1e-3 * match.information[1, 1]
+    assert not match.tells(0.1)
+
+
+def test_a_finished_submap_loses_no_surfels():
+    rng, submap = np.random.default_rng(2), Submap(SubmapConfig(), Pose2.identity(), np.eye(3), 12.0)
+    for k in range(20):
+        submap.insert(two_walls(rng, 0.02), Pose2(0.05 * k, 0.013 * k, 0.02 * k))
+    submap.finish()
+    assert np.count_nonzero(submap.surfels.index >= 0) == len(submap.cloud)
 
 
 @pytest.mark.parametrize("value", [0.0, -0.05, math.nan, math.inf])
