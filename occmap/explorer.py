@@ -47,7 +47,8 @@ def _is_blind(scan: Scan) -> bool:
 class Explorer:
     """See, think, act: one `decide` a scan. Knows only what it is handed.
 
-    The map frame is the robot's pose at its first scan. Exploration is frontier-based (Yamauchi, A
+    The map frame is the robot's pose at its first scan. Where it is the localizer says: SlamLocalizer, or by
+    default the odometry as it is. Exploration is frontier-based (Yamauchi, A
     frontier-based approach for autonomous exploration, CIRA 1997): look into an edge of the unknown,
     until no edge is left that could be looked into.
 
