@@ -11,6 +11,7 @@ import copyreg
 import gzip
 import io
 import pickle
+import zlib
 from pathlib import Path
 from typing import Any
 
@@ -50,7 +51,7 @@ def load(path: Path) -> SlamLocalizer:
         )
     try:
         slam = _Reader(io.BytesIO(gzip.decompress(content[len(MAGIC) :]))).load()
-    except (pickle.UnpicklingError, EOFError, OSError, AttributeError) as error:
+    except (pickle.UnpicklingError, EOFError, OSError, AttributeError, zlib.error) as error:
         raise ValueError(f"{path} is damaged: {error}") from error
     if not isinstance(slam, SlamLocalizer):
         raise ValueError(f"{path} holds a {type(slam).__name__}, not a SlamLocalizer")
@@ -70,9 +71,13 @@ class _Writer(pickle.Pickler):
 
 
 class _Reader(pickle.Unpickler):
+    """Knows classes where they are defined. A dotted name or an import would lead on to any module's."""
+
     def find_class(self, module_name: str, global_name: str, /) -> Any:
-        if module_name.startswith("occmap.") or (module_name, global_name) in KNOWN:
+        if (module_name, global_name) in KNOWN:
+            return super().find_class(module_name, global_name)
+        if module_name.startswith("occmap.") and "." not in global_name:
             found = super().find_class(module_name, global_name)
-            if isinstance(found, type) or (module_name, global_name) in KNOWN:
+            if isinstance(found, type) and found.__module__ == module_name:
                 return found
         raise pickle.UnpicklingError(f"it names {module_name}.{global_name}, which no saved state does")
