@@ -71,7 +71,7 @@ class ToldMap:
         self._corrected: list[Pose2] = []  # what map_from_submap will be once the rebuild is done
         self._rebuild: MapRebuild | None = None
         self._live: OccupancyGrid | None = None  # the one handed over last
-        self._owes_grid = False
+        self._owed: OccupancyGrid | None = None  # to be handed over, to a receiver that has none
         self._updates = 0  # since a rebuilding began
         self._last = (-math.inf, Pose2.identity())
 
@@ -114,8 +114,9 @@ class ToldMap:
 
     def hand_over(self) -> None:
         """The receiver is a new one and has no grid: hand it over with the next estimate."""
-        self._live = self.fresh(self.map_from_submap)
-        self._owes_grid = True
+        self._owed = self.fresh(self.map_from_submap)
+        if self._live is not None:  # else the first correction still builds all of the grid anew
+            self._live = self._owed
 
     @property
     def is_rebuilding(self) -> bool:
@@ -137,11 +138,16 @@ class ToldMap:
         return True
 
     def step(self) -> OccupancyGrid | None:
-        """A turn's part of the rebuilding; the new grid, and poses told by it, when it is done."""
+        """A turn's part of the rebuilding; the new grid, and poses told by it, when it is done.
+
+        A grid that is owed is handed over meanwhile.
+        """
         self._updates += 1
-        if self._owes_grid:
-            self._owes_grid = False
-            return self._live
+        owed, self._owed = self._owed, None
+        return self._rebuilt() or owed
+
+    def _rebuilt(self) -> OccupancyGrid | None:
+        """The new grid, if this turn's part of it was the last."""
         if self._rebuild is None or not self._is_built(self._rebuild):
             return None
         if not self._rebuild.box.holds(self._affected()):
