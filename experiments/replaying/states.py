@@ -15,7 +15,9 @@ if TYPE_CHECKING:
     from occmap.scan import Observation
 
 GOES_ON_M = 1.0
-"""Odometry whose next pose is this near to its last one goes on; else the robot was switched off."""
+"""Odometry whose next pose is this near to its last one goes on,"""
+GOES_ON_RAD = 0.5
+"""if it is turned by no more than this; else the robot was switched off."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +54,9 @@ def make_from_state(options: StateOptions, first: Observation, grid: GridConfig)
 
     if options.continue_from is not None:
         slam = _loaded(options.continue_from, grid)
-        if not slam.odometry_goes_on(first, GOES_ON_M):
+        if slam.odometry_goes_on(first, GOES_ON_M, GOES_ON_RAD):
+            slam.rest_until(first.time_s)
+        else:
             slam.restart_odometry()
         return slam
     assert options.localize_in is not None, "no state is asked for"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from occmap.config_checks import Positive
 from occmap.geometry import Pose2, wrap_angle
@@ -197,6 +197,11 @@ class MotionModel:
     def last(self) -> Observation | None:
         """The observation predicted last."""
         return self._last
+
+    def rest_until(self, time_s: float) -> None:
+        """After a pause in which the robot stood: odometry goes on, and none of that time was driven in."""
+        if self._last is not None and time_s - self._last.time_s > self.config.pause_s:
+            self._last, self._last_step = replace(self._last, time_s=time_s), Pose2.identity()
 
     def forget_odometry(self) -> None:
         """Odometry begins anew, or there is none from now on: the robot is taken to be where it was."""

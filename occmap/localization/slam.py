@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from occmap.geometry import Pose2
 from occmap.grid import GridConfig, OccupancyGrid
 from occmap.localization.compass import Compass, CompassConfig
+from occmap.localization.first_look import is_within
 from occmap.localization.localizer import Estimate
 from occmap.localization.loop_closure import LoopCloser, LoopClosureConfig
 from occmap.localization.matcher import Matcher, MatcherConfig
@@ -74,10 +75,17 @@ class SlamLocalizer:
         self._think()
         return self._tell(seen, scan, tracked)
 
-    def odometry_goes_on(self, seen: Observation, reach_m: float) -> bool:
-        """Whether this may be the odometry heard last: its pose is no farther off than the robot can be."""
+    def odometry_goes_on(self, seen: Observation, reach_m: float, reach_rad: float) -> bool:
+        """Whether this may be the odometry heard last: its pose is no farther off than the robot can be, and
+        its clock is not set back. Stamps in order are not asked for: those of some logs err by a second."""
         last = self.motion.last
-        return last is not None and last.odom_from_robot.distance_to(seen.odom_from_robot) <= reach_m
+        if last is None or seen.time_s < last.time_s - self.config.motion.pause_s:
+            return False
+        return is_within(last.odom_from_robot.inverse() @ seen.odom_from_robot, reach_m, reach_rad)
+
+    def rest_until(self, time_s: float) -> None:
+        """The robot stands where it stood, however long nothing was heard of it."""
+        self.motion.rest_until(time_s)
 
     def restart_odometry(self) -> None:
         """The robot was switched off and stands where it stood: its odometry begins anew."""

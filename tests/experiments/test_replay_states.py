@@ -65,19 +65,41 @@ def test_the_robot_is_followed_in_a_map_from_a_right_start_a_wrong_one_and_none(
     assert sha(runs / out) == sha(runs / "first"), "the map stays what it is"
 
 
-def test_a_robot_that_was_switched_off_goes_on_where_it_stood(runs: Path):
-    """Its odometry begins anew, far from where it ended."""
-    moved = []
-    for line in (runs / "second.clf").read_text().splitlines():
-        words = line.split()
-        odom = Pose2(50.0, 20.0, 1.0) @ Pose2(*map(float, words[-6:-3]))
-        words[-9:-3] = 2 * [f"{odom.x_m:.6f}", f"{odom.y_m:.6f}", f"{odom.yaw_rad:.6f}"]
-        moved.append(" ".join(words))
-    (runs / "moved.clf").write_text("\n".join(moved))
-    assert replay(runs, "moved", "moved", "--continue-from", str(runs / "state")) == 0
-    one, other = (read_tum(runs / name / "trajectory.tum").poses for name in ("second", "moved"))
+@pytest.mark.parametrize(
+    "ended",
+    [
+        None,
+        Pose2(50.0, 20.0, 1.0),
+        Pose2(0.3, 0.2, 3.0),
+        Pose2(0.3, 0.2, 0.05),
+    ],
+)
+def test_a_robot_goes_on_the_next_day_where_it_stood(runs: Path, ended: Pose2 | None):
+    """Its odometry goes on, too, or begins anew: where it ended had been so far from there."""
+    first = odometry((runs / "second.clf").read_text().splitlines()[0])
+    last = odometry((runs / "first.clf").read_text().splitlines()[-1])
+    moved_by = Pose2.identity() if ended is None else last @ ended.inverse() @ first.inverse()
+    out = "next_day" if ended is None else f"anew{ended.x_m}_{ended.yaw_rad}"
+    write_the_next_day(runs / "second.clf", runs / f"{out}.clf", moved_by)
+    assert replay(runs, out, out, "--continue-from", str(runs / "state")) == 0
+    one, other = (read_tum(runs / name / "trajectory.tum").poses for name in ("second", out))
     assert np.hypot(*(one - other)[:, :2].T).max() < 0.1
     assert math.degrees(np.abs(one - other)[:, 2].max()) < 1.0
+
+
+def odometry(line: str) -> Pose2:
+    return Pose2(*map(float, line.split()[-6:-3]))
+
+
+def write_the_next_day(source: Path, target: Path, moved_by: Pose2) -> None:
+    """A log as if recorded a day later, its odometry moved."""
+    lines = []
+    for line in source.read_text().splitlines():
+        words, odom = line.split(), moved_by @ odometry(line)
+        words[-9:-3] = 2 * [f"{odom.x_m:.6f}", f"{odom.y_m:.6f}", f"{odom.yaw_rad:.6f}"]
+        words[-3] = f"{float(words[-3]) + 86_400.0:.6f}"
+        lines.append(" ".join(words))
+    target.write_text("\n".join(lines))
 
 
 @pytest.mark.parametrize(

@@ -66,6 +66,21 @@ def test_a_robot_that_stood_through_a_pause_is_where_it_was():
     assert not motion.predict(_seen(600.0, Pose2(0.2, 0.0, 0.0))).is_gap
 
 
+@pytest.mark.parametrize("step", [Pose2(0.1, 0.0, 0.0), Pose2.identity()], ids=["wheels", "no odometry"])
+def test_a_robot_that_rested_overnight_is_where_it_was(step):
+    """What its wheels say of it is believed as on the day before."""
+    motion, odom = MotionModel(MotionConfig()), Pose2.identity()
+    for k in range(3):
+        odom = odom @ step
+        usual = motion.predict(_seen(0.2 * k, odom))
+        motion.took(Pose2(0.1, 0.0, 0.0))
+    motion.rest_until(40_000.0)
+    after = motion.predict(_seen(40_000.0, odom @ step))
+    assert after.step.x_m == pytest.approx(step.x_m)
+    assert (after.sigma_m, after.sigma_rad) == pytest.approx((usual.sigma_m, usual.sigma_rad))
+    assert not after.is_gap
+
+
 @pytest.mark.parametrize("turn_rad", [0.15, 0.95])
 def test_scans_missing_on_the_way_are_bridged_by_a_loop(turn_rad):
     """Of three laps a third of the second is missing, and the wheels err by a metre and a turn meanwhile."""
