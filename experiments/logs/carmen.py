@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 from experiments.logs.log import RecordedLog, Skipped
 from experiments.logs.pose_track import PoseTrack
 from experiments.logs.scan_order import in_driven_order
+from experiments.planar import wrapped
 from occmap.geometry import Pose2
 from occmap.scan import Observation, Scan
 
@@ -114,6 +115,7 @@ def _mount(messages: list[LaserMessage], parameters: dict[str, str]) -> Pose2:
     mounts = [message.odom_from_robot.inverse() @ message.odom_from_lidar for message in messages]
     rows = np.array([(mount.x_m, mount.y_m, mount.yaw_rad) for mount in mounts]).reshape(-1, 3)
     if len(rows):
+        rows[:, 2] = rows[0, 2] + wrapped(rows[:, 2] - rows[0, 2])  # a laser that looks back is at pi and -pi
         middle = np.median(rows, axis=0)
         if np.all(np.percentile(np.abs(rows - middle), 90, axis=0) <= MOUNT_TOLERANCE):
             return Pose2(*np.round(middle, 6).tolist())  # six digits are all that a log holds

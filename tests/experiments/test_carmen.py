@@ -57,6 +57,19 @@ def test_the_laser_s_mount_is_what_both_poses_agree_on(tmp_path: Path):
     assert log.observations[0].robot_from_lidar == mount
 
 
+def test_a_laser_that_looks_back_is_mounted_at_pi_and_minus_pi(tmp_path: Path):
+    """Six digits turn it now a little beyond, now not."""
+    mount = Pose2(-0.04, 0.0, math.pi)
+    lines = []
+    for k in range(40):
+        odom = Pose2(k, 0.5 * k, 0.8 * k)
+        laser = odom @ mount
+        text = [f"{p.x_m:.6f} {p.y_m:.6f} {p.yaw_rad:.6f}" for p in (laser, odom)]
+        lines.append(flaser("1 2", text[0], text[1], float(k)))
+    off = mount.inverse() @ read_carmen(written(tmp_path, "".join(lines))).observations[0].robot_from_lidar
+    assert (off.x_m, off.y_m, off.yaw_rad) == pytest.approx((0.0, 0.0, 0.0), abs=2e-6)
+
+
 def test_a_corrected_laser_pose_is_no_mount(tmp_path: Path):
     lines = [flaser("1 2", f"{0.7 * k} {0.2 * k} 0", f"{k} 0 0", float(k)) for k in range(4)]
     text = "PARAM robot_frontlaser_offset 0.2 0 host 0\n" + "".join(lines)
