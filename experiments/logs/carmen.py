@@ -25,7 +25,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from experiments.logs.log import RecordedLog, Skipped
+from experiments.logs.log import MIN_RANGE_M, RecordedLog, Skipped
 from experiments.logs.pose_track import PoseTrack
 from experiments.logs.scan_order import in_driven_order
 from experiments.planar import wrapped
@@ -36,8 +36,6 @@ FLASER_MAX_RANGE_M = 50.0
 """FLASER does not say how far its sensor reaches; codes for "no return" start here (50.0, 81.83, 81.91)."""
 NO_RETURN_SHARE = 0.998
 """Of ROBOTLASER1's maximum range: SICK's error codes, 81.83 to 81.91, begin just short of its 81.92."""
-MIN_RANGE_M = 0.02
-"""A range of zero is a fault, not an obstacle in the lens."""
 FLASER_STEP_DEG = {180: 1.0, 181: 1.0, 360: 0.5, 361: 0.5, 401: 0.25, 541: 0.5, 1081: 0.25}
 """By number of beams, of the sensors in the wild; any other number is spread over 180 degrees."""
 MOUNT_TOLERANCE = 0.02

@@ -9,6 +9,8 @@ from occmap.scan import Observation
 
 BAG_SUFFIXES = (".mcap", ".db3", ".bag")
 """What the ROS reader takes, beside folders; anything else is read as CARMEN text."""
+MIN_RANGE_M = 0.02
+"""A range of zero is a fault, not an obstacle in the lens, whatever the log says of its sensor."""
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,6 @@ or, without it, the transforms in /tf; where the laser sits is in /tf_static.
 
 from __future__ import annotations
 
-import math
 import sqlite3
 import struct
 from dataclasses import dataclass, field
@@ -15,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from experiments.logs.log import RecordedLog, Skipped
+from experiments.logs.log import MIN_RANGE_M, RecordedLog, Skipped
 from experiments.logs.pose_track import PoseTrack
 from experiments.logs.transforms import FrameTree, in_plane, is_upside_down, matrix
 from occmap.geometry import Pose2
@@ -26,6 +25,8 @@ if TYPE_CHECKING:
 
 LASER, ODOMETRY = "sensor_msgs/msg/LaserScan", "nav_msgs/msg/Odometry"
 TRANSFORMS = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
+LONGEST_RANGE_M = 300.0
+"""No lidar in a plane sees farther. Drivers that do not know say inf, or the largest number that there is."""
 LONGEST_TURN_S = 1.0
 """A time_increment that makes a turn last longer is a driver's fault, and not believed."""
 
@@ -154,8 +155,9 @@ def _stamp(header: Any, logged_s: float) -> float:
 def _scan(message: Any, clockwise: bool) -> Scan:
     """A LaserScan as a Scan (REP 117: inf and beyond range_max is no return, -inf is too near)."""
     ranges = np.array(message.ranges, np.float64)
-    max_range_m, min_range_m = float(message.range_max), max(float(message.range_min), 0.0)
-    if not (math.isfinite(max_range_m) and max_range_m > min_range_m):
+    max_range_m = min(float(message.range_max), LONGEST_RANGE_M)
+    min_range_m = max(float(message.range_min), MIN_RANGE_M)
+    if not max_range_m > min_range_m:
         raise ValueError(f"ranges from {message.range_min} to {message.range_max} m")
     ranges = np.where(ranges >= max_range_m, np.inf, np.where(np.isneginf(ranges), np.nan, ranges))
     beam = np.arange(len(ranges), dtype=np.float64)

@@ -33,7 +33,9 @@ def quaternion(yaw: float = 0.0, upside_down: bool = False):
     return M["geometry_msgs/msg/Quaternion"](x=x, y=y, z=z, w=w)
 
 
-def laser_scan(time_s: float, ranges: list[float], frame: str = "laser"):
+def laser_scan(
+    time_s: float, ranges: list[float], frame: str = "laser", reach_m: tuple[float, float] = (0.1, 10.0)
+):
     return "sensor_msgs/msg/LaserScan", M["sensor_msgs/msg/LaserScan"](
         header=header(time_s, frame),
         angle_min=-0.2,
@@ -41,8 +43,8 @@ def laser_scan(time_s: float, ranges: list[float], frame: str = "laser"):
         angle_increment=0.1,
         time_increment=0.001,
         scan_time=0.1,
-        range_min=0.1,
-        range_max=10.0,
+        range_min=reach_m[0],
+        range_max=reach_m[1],
         ranges=np.array(ranges, np.float32),
         intensities=np.zeros(0, np.float32),
     )
@@ -146,6 +148,32 @@ def test_without_odometry_or_transforms_it_still_reads(tmp_path: Path):
     log = read_log(bag(tmp_path / "bag", [(t, "/scan", laser_scan(t, RANGES)) for t in (1.0, 2.0)]))
     assert not log.has_odometry
     assert [seen.odom_from_robot for seen in log.observations] == [Pose2.identity()] * 2
+
+
+@pytest.mark.parametrize("range_min", [0.0, -1.0])
+def test_a_range_of_zero_is_no_hit_whatever_the_driver_says(tmp_path: Path, range_min: float):
+    scan = laser_scan(1.0, [0.0, 1.0, 0.0, 2.0, 0.05], reach_m=(range_min, 10.0))
+    (seen,) = read_log(bag(tmp_path / "bag", [(1.0, "/scan", scan)])).observations
+    np.testing.assert_array_equal(seen.scan.is_hit, [False, True, False, True, True])
+
+
+@pytest.mark.parametrize("range_max", [math.inf, float(np.finfo(np.float32).max)])
+def test_a_driver_that_does_not_know_how_far_it_sees_is_read(tmp_path: Path, range_max: float):
+    scan = laser_scan(1.0, [1.0, 90.0, math.inf, math.nan, -math.inf], reach_m=(0.1, range_max))
+    (seen,) = read_log(bag(tmp_path / "bag", [(1.0, "/scan", scan)])).observations
+    np.testing.assert_array_equal(seen.scan.is_hit, [True, True, False, False, False])
+    np.testing.assert_array_equal(np.isposinf(seen.scan.ranges_m), [False, False, True, False, False])
+    assert seen.scan.max_range_m == 300.0
+
+
+@pytest.mark.parametrize("reach_m", [(0.1, 0.1), (0.1, math.nan), (math.nan, 10.0)])
+def test_a_reach_that_is_none_is_counted(tmp_path: Path, reach_m: tuple[float, float]):
+    messages = [
+        (1.0, "/scan", laser_scan(1.0, RANGES)),
+        (2.0, "/scan", laser_scan(2.0, RANGES, reach_m=reach_m)),
+    ]
+    log = read_log(bag(tmp_path / "bag", messages))
+    assert [skipped.number for skipped in log.skipped] == [2]
 
 
 def test_a_broken_message_is_counted_by_its_place(tmp_path: Path):
