@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections import OrderedDict, deque
+from collections import deque
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -15,6 +15,7 @@ from occmap.localization.loop_candidates import Candidate, CandidateConfig, cand
 from occmap.localization.loop_comparison import Comparison, ComparisonConfig, centre_of_sight
 from occmap.localization.matcher import Match, Matcher, axes
 from occmap.localization.pose_graph import Loss, PoseGraph
+from occmap.localization.ready_submaps import ReadySubmaps
 from occmap.localization.submap import Submap
 
 
@@ -73,7 +74,7 @@ class LoopCloser:
         self._matcher, self._graph, self._submaps = matcher, graph, submaps
         self._comparing: Comparison | None = None
         self._sights: dict[int, Points] = {}  # centres of sight, in the submaps' frames
-        self._ready: OrderedDict[int, None] = OrderedDict()
+        self.ready = ReadySubmaps(submaps, config.submaps_in_memory)
 
     @property
     def is_busy(self) -> bool:
@@ -119,8 +120,7 @@ class LoopCloser:
                 return False
             self._comparing = self._begin(self.waiting.popleft())
         now = self._comparing
-        older, younger = self._submaps[now.pair.older], self._submaps[now.pair.younger]
-        self._make_ready(now.pair.older)
+        older, younger = self.ready.use(now.pair.older), self._submaps[now.pair.younger]
         if not now.step(older, younger, self._matcher, self.config.work_per_turn):
             return False
         self._comparing = None
@@ -189,10 +189,3 @@ class LoopCloser:
         steps = steps_younger + steps_older
         near_m, near_rad = min(0.1 + 0.03 * steps, 0.5), min(0.03 + 0.005 * steps, 0.1)
         return math.hypot(home.x_m, home.y_m) < near_m and abs(home.yaw_rad) < near_rad
-
-    def _make_ready(self, submap: int) -> None:
-        """Keep the working memory of those used last only."""
-        self._ready[submap] = None
-        self._ready.move_to_end(submap)
-        if len(self._ready) > self.config.submaps_in_memory:
-            self._submaps[self._ready.popitem(last=False)[0]].release()

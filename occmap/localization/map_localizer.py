@@ -46,6 +46,7 @@ class MapLocalizer:
         self._submaps = finished.tracker.submaps
         if any(submap.cloud is None for submap in self._submaps) or not self._submaps:
             raise ValueError("the map is not finished: call finish() on its SlamLocalizer first")
+        self._ready = finished.loops.ready
         self._slam_config = finished.config
         self._matcher = Matcher(finished.config.matcher)
         self._motion = MotionModel(finished.config.motion)
@@ -76,12 +77,12 @@ class MapLocalizer:
         submap = self._nearest(guess)
         map_from_submap = self._map_from_submap[submap]
         match = self._matcher.match(
-            cloud, self._submaps[submap], map_from_submap.inverse() @ guess, prediction
+            cloud, self._ready.use(submap), map_from_submap.inverse() @ guess, prediction
         )
-        fits = match.fit >= self.config.lost_fit
-        self._pose = map_from_submap @ match.submap_from_robot if fits and not self.is_lost else guess
-        self._motion.took(before.inverse() @ self._pose)
-        self._misfits = 0 if fits and not self.is_lost else self._misfits + 1
+        is_found = match.fit >= self.config.lost_fit and not self.is_lost
+        self._pose = map_from_submap @ match.submap_from_robot if is_found else guess
+        self._motion.took(before.inverse() @ self._pose, is_found and match.tells(prediction.sigma_m))
+        self._misfits = 0 if is_found else self._misfits + 1
         self._track.append((seen.time_s, self._pose))
         if self.is_lost:
             self._look_around(cloud)
