@@ -49,7 +49,7 @@ class LoopClosureConfig(Positive):
     """So many submaps stay ready to be searched; others are made ready when needed."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Loop:
     """Two submaps that look like the same place."""
 
@@ -139,6 +139,9 @@ class LoopCloser:
         is_surprise = max(surprise_m, surprise_rad) >= c.surprise
         is_sure = pair.sigma_m < c.sure_m and not is_surprise
         information = self._information(match)
+        self.unwitnessed = [
+            other for other in self.unwitnessed if (other.older, other.younger) != (pair.older, pair.younger)
+        ]
         loop = Loop(pair.older, pair.younger, match.submap_from_robot, information, is_sure, is_surprise)
         return self._believe([loop] if loop.is_sure else self._with_witnesses(loop))
 

@@ -128,6 +128,25 @@ def test_a_place_a_pitch_of_the_maze_off_waits_for_a_witness(off_m, is_believed)
     assert len(closer.unwitnessed) == int(not is_believed)
 
 
+def test_a_pair_that_is_compared_again_waits_once():
+    """As it is in the end, if it is far from any loop; with its witness it is believed once."""
+    graph = _chain(40)
+    closer = LoopCloser(LoopClosureConfig(), Matcher(), graph, [])
+
+    def judged(older, younger):
+        predicted = graph.pose(older).inverse() @ graph.pose(younger)
+        match = Match(predicted, TIGHT.copy(), TIGHT.copy(), fit=0.64)
+        pair = Candidate(older, younger, sigma_m=0.6, sigma_rad=0.014)
+        return closer._judge(SimpleNamespace(pair=pair, predicted=predicted), match)
+
+    assert not judged(0, 30)
+    assert not judged(0, 30)
+    assert len(closer.unwitnessed) == 1
+    assert judged(2, 31)
+    assert [(loop.older, loop.younger) for loop in closer.believed] == [(2, 31), (0, 30)]
+    assert not closer.unwitnessed
+
+
 def test_rooms_that_look_alike_are_not_taken_for_one():
     """Two equal rooms, one behind the other, joined by a plain corridor."""
     boxes = np.array(
