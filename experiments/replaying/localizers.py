@@ -50,7 +50,7 @@ class RememberedOdometry:
         self._track.append((seen.time_s, estimate.map_from_robot))
         if not self._filter.is_due(estimate.map_from_robot):
             return replace(estimate, insert=False)
-        self._mapped.append((seen.scan, estimate.map_from_robot @ seen.robot_from_lidar))
+        self._mapped.append((estimate.scan or seen.scan, estimate.map_from_robot @ seen.robot_from_lidar))
         return estimate
 
     def finish(self) -> None:

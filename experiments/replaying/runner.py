@@ -24,6 +24,7 @@ from experiments.tum_file import Trajectory
 from occmap.geometry import Pose2
 from occmap.grid import GridConfig, OccupancyGrid
 from occmap.localization import Estimate
+from occmap.localization.undistortion import undistorted
 from occmap.mapper import Mapper
 from occmap.scan import Observation, Scan
 from occmap.stopwatch import Stopwatch
@@ -193,8 +194,11 @@ def no_returns_alone(scan: Scan, free_m: float) -> Scan:
 def free_no_returns(
     grid: OccupancyGrid, observations: Sequence[Observation], poses: Sequence[Pose2], free_m: float
 ) -> None:
-    """Spend the no-returns of a log on a map, each taken to be free so far."""
+    """Spend the no-returns of a log on a map, each taken to be free so far, from where it was cast."""
     mapper, motion = Mapper(), MotionFilter()
-    for seen, map_from_robot in zip(observations, poses, strict=False):  # fewer poses if interrupted
+    track = list(zip(observations, poses, strict=False))  # fewer poses if interrupted
+    for (before, map_from_before), (seen, map_from_robot) in zip(track[:1] + track, track, strict=False):
         if motion.is_due(map_from_robot):
-            mapper.insert(no_returns_alone(seen.scan, free_m), map_from_robot @ seen.robot_from_lidar, grid)
+            step, step_s = map_from_before.inverse() @ map_from_robot, seen.time_s - before.time_s
+            scan = undistorted(no_returns_alone(seen.scan, free_m), seen.robot_from_lidar, step, step_s)
+            mapper.insert(scan, map_from_robot @ seen.robot_from_lidar, grid)

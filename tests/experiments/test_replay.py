@@ -8,11 +8,11 @@ import pytest
 
 from experiments.logs.log import read_log
 from experiments.replay import main
-from experiments.replaying.localizers import MotionFilter
+from experiments.replaying.localizers import MotionFilter, RememberedOdometry
 from experiments.replaying.runner import ReplayConfig, free_no_returns, hits_alone, no_returns_alone, replay
 from experiments.tum_file import read_tum
 from occmap.geometry import Pose2
-from occmap.grid import Belief, OccupancyGrid
+from occmap.grid import Belief, GridConfig, OccupancyGrid
 from occmap.map_server import load_map
 from occmap.scan import Observation, Scan
 from tests.experiments.commands import mistake
@@ -165,6 +165,30 @@ def test_a_no_return_frees_nothing_unless_told_how_far():
         value = grid.log_odds[iy, ix] if grid.contains(ix, iy) else 0.0
         assert value == pytest.approx(log_odds)
     assert not grid.contains(*grid.frame.cell_at(2.0, 0.0)), "the hit was not spent"
+
+
+def on_the_spot(range_m: float) -> list[Observation]:
+    """Two scans of a robot that turns to the left, of one beam cast ahead as it began to turn."""
+    scan = Scan(np.zeros(1), np.array([range_m]), 50.0, beam_times_s=np.array([-0.2]))
+    ahead, turned = Pose2.identity(), Pose2(0.0, 0.0, 0.5)
+    return [Observation(0.2 * k, pose, scan, Pose2.identity()) for k, pose in enumerate((ahead, turned))]
+
+
+def test_the_wheels_own_map_is_of_beams_cast_on_the_move():
+    localizer = RememberedOdometry(GridConfig())
+    for seen in on_the_spot(2.02):
+        localizer.update(seen)
+    grid = localizer.map()
+    assert np.count_nonzero(grid.hits) == 1
+    ix, iy = grid.frame.cell_at(2.02, 0.0)
+    assert grid.hits[iy, ix] == 2
+
+
+def test_so_is_what_no_returns_free():
+    grid, seen = OccupancyGrid(), on_the_spot(np.inf)
+    free_no_returns(grid, seen, [each.odom_from_robot for each in seen], 3.0)
+    iy, _ = np.nonzero(grid.log_odds)
+    assert np.ptp(iy) <= 1
 
 
 def test_a_robot_that_stands_tells_nothing_new():
