@@ -69,10 +69,11 @@ class SlamLocalizer:
         tracked = self.tracker.update(cloud, prediction, scan, seen.robot_from_lidar)
         self.motion.took(self.tracker.last_step, self.tracker.is_seen)
         self.track.append(seen.time_s, tracked)
+        was_settled = self._settled
         self._add_new_submaps()
         if stood and self.tracker.first_look.is_over:
             self.compass.look(0, is_still=True)
-        self._think()
+        self._think(was_settled)
         return self._tell(seen, scan, tracked)
 
     def odometry_goes_on(self, seen: Observation, reach_m: float, reach_rad: float) -> bool:
@@ -133,11 +134,11 @@ class SlamLocalizer:
                     self.loops.propose(older)
             self.told.add_submap(submap.previous_from_submap, self.graph.pose(k))
 
-    def _think(self) -> None:
-        """A turn's part of all that may take longer than a turn."""
+    def _think(self, was_settled: bool = True) -> None:
+        """A turn's part of all that may take longer than a turn; was_settled: the graph, as that began."""
         if self.loops.step():
             self._settled = False
-        was_settled = self._settled
+        was_settled = was_settled and self._settled  # a new submap may have settled or unsettled it
         if not self._settled:
             self._settled = self.graph.iterate().converged
         if self._settled and (not was_settled or (self._to_tell and self.told.can_afford_correction)):

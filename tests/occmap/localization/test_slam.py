@@ -8,6 +8,7 @@ import pytest
 from occmap.geometry import Pose2, wrap_angle
 from occmap.localization import SlamConfig, SlamLocalizer
 from occmap.localization.map_localizer import MapLocalizer
+from occmap.localization.pose_graph import Iteration
 from occmap.localization.state_file import load, save
 from occmap.localization.told_map import ToldMapConfig
 from occmap.mapper import Mapper
@@ -121,6 +122,25 @@ def test_a_finished_map_can_be_continued(ring):
         slam.update(seen)
     slam.finish()
     assert errors_m(LAPS, _poses(slam)).max() < 0.1
+
+
+@pytest.mark.parametrize(
+    ("was_settled", "iterations", "is_told"),
+    [(False, [True], True), (True, [False, True], True), (False, [False, True], True), (True, [True], False)],
+)
+def test_what_settles_as_a_submap_begins_is_told(ring, monkeypatch, was_settled, iterations, is_told):
+    """At once, or one iteration later in the same turn."""
+    slam, told, left = SlamLocalizer(), [], iterations.copy()
+    for seen in ring[:114]:
+        slam.update(seen)
+    submaps = len(slam.graph.poses)
+    slam._settled = was_settled
+    monkeypatch.setattr(slam.told, "correct", lambda poses: told.append(poses) or True)
+    monkeypatch.setattr(slam.graph, "iterate", lambda: Iteration(0.0, 0.0, True, converged=left.pop(0)))
+    slam.update(ring[114])
+    assert len(slam.graph.poses) == submaps + 1
+    assert bool(told) == is_told
+    assert not left
 
 
 def test_a_file_of_another_kind_is_refused(tmp_path):
