@@ -10,10 +10,10 @@ from tests.occmap.localization.drives import RING, RING_LAP, drive, observe
 
 CUTS = {
     "before the first correction": 400,
-    "while the first new grid is surveyed": 500,
-    "while it is built": 540,
+    "while the first new grid is surveyed": 423,
+    "while it is built": 465,
     "while a part of it is built anew": 600,
-    "after that": 720,
+    "after that": 715,
 }
 SLOWLY = ToldMapConfig(
     moved_m=0.005, seam_m=1e-9, scans_per_turn=10, surveyed_per_turn=40, scans_on_average=40
