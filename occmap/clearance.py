@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from occmap.geometry import Pose2
 from occmap.grid import Belief, OccupancyGrid
 from occmap.lazy_arrays import lazy_zeros
 from occmap.mapper import GridChange
@@ -23,6 +24,12 @@ class ClearanceConfig:
     def __post_init__(self) -> None:
         if not (math.isfinite(self.truncate_m) and self.truncate_m > 0.0):
             raise ValueError(f"truncate_m must be positive, got {self.truncate_m}")
+
+
+def clearance_at(place: Pose2, grid: OccupancyGrid, clearance_m: NDArray[np.float32]) -> float:
+    """Metres from a place to the nearest occupied cell, 0 outside of the map."""
+    ix, iy = grid.frame.cell_at(*place.position)
+    return float(clearance_m[iy, ix]) if grid.contains(ix, iy) else 0.0
 
 
 class ClearanceMap:

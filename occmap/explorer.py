@@ -48,9 +48,9 @@ class Explorer:
     """See, think, act: one `decide` a scan. Knows only what it is handed.
 
     The map frame is the robot's pose at its first scan. Where it is the localizer says: SlamLocalizer, or by
-    default the odometry as it is. Exploration is frontier-based (Yamauchi, A
-    frontier-based approach for autonomous exploration, CIRA 1997): look into an edge of the unknown,
-    until no edge is left that could be looked into.
+    default the odometry as it is. Exploration is frontier-based (Yamauchi, A frontier-based approach for
+    autonomous exploration, CIRA 1997): look into an edge of the unknown, until no edge is left that could be
+    looked into.
 
     It ends in every finite world that comes to rest and that its lidar sees. While it has a goal,
     within a bounded time either LEARNT_M2 more is known, which a finite world allows finitely often, or

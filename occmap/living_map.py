@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from occmap.boundary import Boundary
-from occmap.clearance import ClearanceConfig, ClearanceMap
+from occmap.clearance import ClearanceConfig, ClearanceMap, clearance_at
 from occmap.frontiers import Frontier, FrontierConfig, FrontierMap
 from occmap.geometry import Pose2
 from occmap.grid import Belief, GridConfig, OccupancyGrid
@@ -120,8 +120,7 @@ class LivingMap:
 
     def clearance_at(self, place: Pose2) -> float:
         """Metres from a place to the nearest occupied cell, 0 outside of the map."""
-        ix, iy = self.grid.frame.cell_at(*place.position)
-        return float(self.clearance_m[iy, ix]) if self.grid.contains(ix, iy) else 0.0
+        return clearance_at(place, self.grid, self.clearance_m)
 
     def find_frontiers(self) -> list[Frontier]:
         """The frontiers of this moment, within the boundary if there is one."""

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from occmap.clearance import clearance_at
 from occmap.geometry import Points, Pose2, Twist2
 from occmap.grid import OccupancyGrid
 from occmap.scan import Scan
@@ -112,6 +113,4 @@ class Surroundings:
         if self._map is None:
             return 0.0
         grid, clearance_m = self._map
-        x, y = (self._seen_from @ Pose2(ahead_m, 0.0, 0.0)).position
-        ix, iy = grid.frame.cell_at(x, y)
-        return float(clearance_m[iy, ix]) if grid.contains(ix, iy) else 0.0
+        return clearance_at(self._seen_from @ Pose2(ahead_m, 0.0, 0.0), grid, clearance_m)

@@ -45,21 +45,10 @@ def test_flaser_holds_the_laser_s_pose_and_then_the_robot_s_odometry(tmp_path: P
     assert log.skipped == ()
 
 
-def test_the_laser_s_mount_is_what_both_poses_agree_on(tmp_path: Path):
-    mount = Pose2(-0.04, 0.0, 0.0)
-    lines = []
-    for k in range(4):
-        odom = Pose2(k, 0.5 * k, 0.8 * k)
-        laser = odom @ mount
-        text = [f"{p.x_m:.6f} {p.y_m:.6f} {p.yaw_rad:.6f}" for p in (laser, odom)]
-        lines.append(flaser("1 2", text[0], text[1], float(k)))
-    log = read_carmen(written(tmp_path, "".join(lines)))
-    assert log.observations[0].robot_from_lidar == mount
-
-
-def test_a_laser_that_looks_back_is_mounted_at_pi_and_minus_pi(tmp_path: Path):
-    """Six digits turn it now a little beyond, now not."""
-    mount = Pose2(-0.04, 0.0, math.pi)
+@pytest.mark.parametrize("yaw_rad", [0.0, math.pi])
+def test_the_laser_s_mount_is_what_both_poses_agree_on(tmp_path: Path, yaw_rad: float):
+    """One that looks back is turned by six digits of pi: now a little beyond it, now not."""
+    mount = Pose2(-0.04, 0.0, yaw_rad)
     lines = []
     for k in range(40):
         odom = Pose2(k, 0.5 * k, 0.8 * k)
