@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,10 @@ class ClearanceConfig:
     def __post_init__(self) -> None:
         if not (math.isfinite(self.truncate_m) and self.truncate_m > 0.0):
             raise ValueError(f"truncate_m must be positive, got {self.truncate_m}")
+
+    def reaching(self, least_m: float) -> ClearanceConfig:
+        """The same, or as far as a large body asks."""
+        return self if least_m <= self.truncate_m else replace(self, truncate_m=least_m)
 
 
 def clearance_at(place: Pose2, grid: OccupancyGrid, clearance_m: NDArray[np.float32]) -> float:

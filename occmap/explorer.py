@@ -71,7 +71,8 @@ class Explorer:
         self.config = config = config or ExplorerConfig()
         self.body = body = body or Body()
         boundary = Boundary(config.boundary_in_map) if config.boundary_in_map else None
-        self.map = LivingMap(config.grid, config.sensor_model, config.clearance, config.frontiers, boundary)
+        clearance = config.clearance.reaching(body.radius_m + config.planner.roomy_margin_m)
+        self.map = LivingMap(config.grid, config.sensor_model, clearance, config.frontiers, boundary)
         self.perception = Perception(localizer or OdometryLocalizer(), self.map)
         self.planner = Planner(config.planner, body, boundary)
         self.follower = Follower(config.follower, body)

@@ -28,6 +28,8 @@ GONE_SHARE = 0.25
 
 TARGETS = 6
 """A frontier is sampled at so many places to tell what is seen of it."""
+WATCHED = 24
+"""And at so many or a few more to tell when it is gone."""
 CHEAPER = 20
 """So many cells are looked at in the time that a flood takes for one: 2 to 3 ns each."""
 LONG_M = 0.5
@@ -225,8 +227,8 @@ class GoalChooser:
 
 
 def _watched(frontier: Frontier, grid: OccupancyGrid) -> Points:
-    """(k, 2) places that stand for a frontier."""
-    return grid.frame.map_from_cell(frontier.cells[:: max(1, len(frontier.cells) // 24)])
+    """(k, 2) places that stand for a frontier. An odd stride, for rows of two cells: not always the left."""
+    return grid.frame.map_from_cell(frontier.cells[:: len(frontier.cells) // WATCHED | 1])
 
 
 def best_of(goals: Iterable[Goal]) -> Goal | None:

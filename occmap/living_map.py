@@ -16,6 +16,8 @@ from occmap.sensor_model import SensorModelConfig
 from occmap.stopwatch import Stopwatch
 from occmap.worn_surfaces import worn_cells
 
+ROOM_M = 1.0
+"""So far round the robot the grid is made to reach where no beam has been."""
 CELLS_PER_TURN = 1_000_000
 """So much of a grid is taken over into the layers in one turn: 15 to 30 ms, none may hold up the robot."""
 
@@ -65,6 +67,13 @@ class LivingMap:
         if not change.grew:
             with watch.lap("frontiers"):
                 self._edges.update(self.grid, change)
+
+    def make_room(self, here: Pose2) -> None:
+        """Let the grid reach to where the robot is: not every lidar looks over the robot's axis."""
+        if not self.holds(here):
+            (x_m, y_m), reach_m = here.position, ROOM_M
+            self.grid.grow_to_contain((x_m - reach_m, y_m - reach_m), (x_m + reach_m, y_m + reach_m))
+            self._start_afresh(here)
 
     def replace(self, grid: OccupancyGrid, here: Pose2) -> None:
         """Go on with another grid, as after a correction of the past; what is near is in order at once."""

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from occmap.planner import Wavefront
 
 SAME_PLACE_M = 0.5
-"""Frontiers whose middles are nearer to each other are taken for one, if there is no wall between."""
+"""Frontiers whose centroids are nearer to each other are taken for one, if there is no wall between."""
 SURROUNDINGS_M = 1.0
 """A look depends on what is known within a square that reaches this far from the frontier."""
 CHANGED_SHARE = 0.1
@@ -34,8 +34,9 @@ CUT_OFF_M2 = 0.5
 class Look:
     """A frontier, or a nook, that was looked into."""
 
-    in_map: tuple[float, float]  # the middle of the frontier, on it
-    known_cells: int  # within SURROUNDINGS_M of it afterwards
+    in_map: tuple[float, float]  # one place on the frontier, near its middle
+    centroid_in_map: tuple[float, float]
+    known_cells: int  # within SURROUNDINGS_M of the place, afterwards
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,8 +59,7 @@ class FailedLooks:
     def note(self, goal: Goal, reason: Reason, why: str, grid: OccupancyGrid) -> None:
         """Remember a look in vain."""
         for watched in (goal.watched_in_map, *goal.also_watched_in_map):
-            place = middle(watched)
-            self._looks.append(FailedLook(place, known_around(place, grid), reason, why))
+            self._looks.append(FailedLook(*looked_at(watched, grid), reason, why))
 
     def at(self, frontier: Frontier, grid: OccupancyGrid) -> list[FailedLook]:
         """The looks that failed here and still count, oldest first."""
@@ -72,24 +72,33 @@ class FailedLooks:
 
 def still_there(looks: Sequence[L], frontier: Frontier, within_m: float, grid: OccupancyGrid) -> list[L]:
     """Of some looks those that were had where a frontier lies and still count, in their order. O(looks)."""
-    reach_m = within_m + frontier.size * grid.frame.resolution_m
-    near = [look for look in looks if math.dist(look.in_map, frontier.centroid_in_map) < reach_m]
+    near = [look for look in looks if math.dist(look.centroid_in_map, frontier.centroid_in_map) < within_m]
     if not near:
         return []
-    place = middle(grid.frame.map_from_cell(frontier.cells))
+    places = grid.frame.map_from_cell(frontier.cells)
     return [
         look
         for look in near
-        if math.dist(look.in_map, place) < within_m
-        and are_joined(look.in_map, place, grid)
+        if are_joined(look.in_map, nearest(places, look.in_map), grid)
         and not has_changed_around(look.in_map, look.known_cells, grid)
     ]
 
 
+def looked_at(watched: Points, grid: OccupancyGrid) -> tuple[tuple[float, float], tuple[float, float], int]:
+    """A Look's own fields, of the places (n, 2) that stand for its frontier."""
+    x_m, y_m = watched.mean(axis=0).tolist()
+    place = nearest(watched, (x_m, y_m))
+    return place, (x_m, y_m), known_around(place, grid)
+
+
 def carried(looks: Sequence[L], new_map_from_old_map: Pose2) -> list[L]:
     """The same looks after a correction of the map."""
-    places = new_map_from_old_map.apply(np.array([look.in_map for look in looks]).reshape(-1, 2)).tolist()
-    return [replace(look, in_map=(x_m, y_m)) for look, (x_m, y_m) in zip(looks, places, strict=True)]
+    old = np.array([(look.in_map, look.centroid_in_map) for look in looks]).reshape(-1, 2)
+    new = new_map_from_old_map.apply(old).reshape(-1, 2, 2).tolist()
+    return [
+        replace(look, in_map=tuple(place), centroid_in_map=tuple(centroid))
+        for look, (place, centroid) in zip(looks, new, strict=True)
+    ]
 
 
 def are_joined(a: tuple[float, float], b: tuple[float, float], grid: OccupancyGrid) -> bool:
@@ -102,10 +111,10 @@ def are_joined(a: tuple[float, float], b: tuple[float, float], grid: OccupancyGr
     return sees(grid.state, *cell, *grid.frame.cell_at(*b), grid.state.size)
 
 
-def middle(places: Points) -> tuple[float, float]:
-    """The one of (n, 2) places that is nearest to their centroid."""
-    x, y = places[np.argmin(((places - places.mean(axis=0)) ** 2).sum(axis=1))]
-    return float(x), float(y)
+def nearest(places: Points, to: tuple[float, float]) -> tuple[float, float]:
+    """The one of (n, 2) places that is nearest to another."""
+    x_m, y_m = places[np.argmin(((places - to) ** 2).sum(axis=1))].tolist()
+    return x_m, y_m
 
 
 def has_changed_around(place: tuple[float, float], known_cells: int, grid: OccupancyGrid) -> bool:

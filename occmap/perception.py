@@ -52,4 +52,5 @@ class Perception:
             for scan, map_from_lidar in self._unspent:
                 self.map.insert(scan, map_from_lidar, watch)
             self._unspent.clear()
+            self.map.make_room(here)
         return Percept(here, seen, correction)

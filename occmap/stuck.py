@@ -12,6 +12,9 @@ from occmap.config_checks import Positive
 from occmap.geometry import Pose2, Twist2, wrap_angle
 from occmap.scan import Observation, Scan
 
+FEWEST_BEAMS = 8
+"""Fewer are no view: what they meet next may well be as far away."""
+
 
 @dataclass(frozen=True)
 class StuckConfig(Positive):
@@ -109,7 +112,7 @@ class StuckDetector:
     def _view_stayed(self, before: Scan, seen: Observation, moved: Pose2) -> bool:
         """The view is the same, though a motion as odometry has it would have changed it: the wheels slip."""
         now = seen.scan
-        if len(before.ranges_m) != len(now.ranges_m):
+        if len(before.ranges_m) != len(now.ranges_m) or len(now.ranges_m) < FEWEST_BEAMS:
             return False
         if self._share_same(before.ranges_m, now.ranges_m) < self.config.same_share:
             return False
@@ -117,7 +120,7 @@ class StuckDetector:
         return self._share_same(before.ranges_m, predicted) < 0.5 * self.config.same_share
 
     def _share_same(self, before: np.ndarray, after: np.ndarray) -> float:
-        both = np.flatnonzero(np.isfinite(before + after))  # ranges: no inf takes another away
+        both = np.flatnonzero(np.isfinite(before) & np.isfinite(after))
         if len(both) < 0.2 * len(before):
             return 0.0  # a featureless place says nothing about motion
         before, after = before[both], after[both]
@@ -135,7 +138,7 @@ def _ranges_after(scan: Scan, old_from_new: Pose2) -> np.ndarray:
     """(n,) ranges that the points of a scan would have from a new pose, nan where no point falls."""
     points = old_from_new.inverse().apply(scan.hits_in_lidar())
     bearings = np.unwrap(scan.bearings_rad)  # a turning lidar's, undistorted, may begin on either side of pi
-    step = (bearings[-1] - bearings[0]) / max(1, len(bearings) - 1)
+    step = (bearings[-1] - bearings[0]) / (len(bearings) - 1)
     angles = np.arctan2(points[:, 1], points[:, 0])
     beam = np.round((angles - bearings[0]) / step).astype(int) % max(1, round(2 * np.pi / abs(step)))
     inside = beam < len(bearings)

@@ -13,6 +13,9 @@ from numpy.typing import NDArray
 from occmap.grid import Belief, GridFrame, OccupancyGrid
 from occmap.path import Path
 
+ESCAPE_ROOM_M = 0.2
+"""On the way out of where no path may start, more clearance than this is not worth a detour."""
+
 
 @dataclass(frozen=True)
 class ClearanceLimits:
@@ -135,7 +138,7 @@ class Terrain:
 
 
 def price_list(
-    limits: ClearanceLimits, roomy_m: float, wall_weight: float, tight_weight: float, truncate_m: float = 1.0
+    limits: ClearanceLimits, roomy_m: float, wall_weight: float, tight_weight: float
 ) -> NDArray[np.int32]:
     """(3 * bins,) cost of entering a cell by belief and clearance: free cells only.
 
@@ -144,7 +147,7 @@ def price_list(
     """
     from occmap.planner_kernels import BINS_PER_M, STRAIGHT
 
-    clearance = np.arange(math.ceil(truncate_m * BINS_PER_M) + 1) / BINS_PER_M
+    clearance = np.arange(math.ceil(roomy_m * BINS_PER_M) + 1) / BINS_PER_M
     nearness = np.clip((roomy_m - clearance) / (roomy_m - limits.comfortable_m), 0.0, 1.0)
     weight = 1.0 + (wall_weight - 1.0) * nearness**2
     weight[clearance < limits.comfortable_m - 1e-9] = tight_weight
@@ -154,12 +157,12 @@ def price_list(
     return prices.ravel()
 
 
-def escape_price_list(truncate_m: float = 1.0) -> NDArray[np.int32]:
+def escape_price_list() -> NDArray[np.int32]:
     """(3 * bins,) the same for getting out of where no path may start: anything but occupied cells."""
     from occmap.planner_kernels import BINS_PER_M, STRAIGHT
 
-    clearance = np.arange(math.ceil(truncate_m * BINS_PER_M) + 1) / BINS_PER_M
-    weight = 1.0 + 4.0 * np.clip(1.0 - clearance / 0.2, 0.0, 1.0)
+    clearance = np.arange(math.ceil(ESCAPE_ROOM_M * BINS_PER_M) + 1) / BINS_PER_M
+    weight = 1.0 + 4.0 * np.clip(1.0 - clearance / ESCAPE_ROOM_M, 0.0, 1.0)
     prices = np.zeros((3, len(clearance)), np.int32)
     prices[Belief.FREE] = np.round(weight * STRAIGHT)
     prices[Belief.UNKNOWN] = 2 * prices[Belief.FREE]

@@ -97,7 +97,8 @@ def uncertainty_from(
     xy = graph.poses[:, :2]
     lever, length = 0.5 * (xy[ends[:, 0]] + xy[ends[:, 1]]) - xy[source], xy[ends[:, 1]] - xy[ends[:, 0]]
     sway = var_rad2 * (lever * lever).sum(axis=1)
-    known_sway = heading2[ends].max(axis=1) * (length * length).sum(axis=1)
+    least_known, known_sway = heading2[ends].max(axis=1), np.full(len(ends), np.inf)
+    np.multiply(least_known, (length * length).sum(axis=1), out=known_sway, where=least_known < np.inf)
     cost = var_m2 + np.minimum(sway, known_sway)
     least = _least_per_pair(ends, cost, n)
     distance, before = dijkstra(

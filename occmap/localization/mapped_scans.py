@@ -40,7 +40,7 @@ class MappedScan:
 
     @staticmethod
     def of(scan: Scan, robot_from_lidar: Pose2, tracked: Tracked) -> MappedScan:
-        lengths_m = np.minimum(scan.ranges_m[~np.isnan(scan.ranges_m)], scan.max_range_m)
+        lengths_m = np.clip(scan.ranges_m[~np.isnan(scan.ranges_m)], 0.0, scan.max_range_m)
         reach_m, beams_m = float(lengths_m.max(initial=0.0)), float(lengths_m.sum())
         mapped = MappedScan(scan, robot_from_lidar, tracked, reach_m, beams_m)
         return replace(mapped, effort_m=beams_m + SWEEP_M_PER_M2 * mapped.box(Pose2.identity()).area_m2)

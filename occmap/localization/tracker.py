@@ -30,9 +30,11 @@ class TrackerConfig(FirstLookConfig):
     """Every so many inserted scans one is kept, to tell what was seen through."""
     drift_share: float = 0.28
     """Part of an inserted scan's covariance that adds to the drift between two submaps."""
+    drift_share_yaw: float = 0.03
+    """The same, of its turn: where one scan is turned too far to the left, the next is to the right."""
     drift_m: float = 0.004
     """Standard deviation of the drift between two submaps even where every match is perfect."""
-    drift_rad: float = 0.0015
+    drift_rad: float = 0.0005
     """The same, of their turn."""
     bridge_fit: float = 0.7
     """After a gap, a scan of which less than this share lies on the map shows another place."""
@@ -193,4 +195,6 @@ class Tracker:
 
     def _add_drift(self, match: Match) -> None:
         turned = axes(self.younger_from_older().yaw_rad)
-        self._drift += self.config.drift_share * turned @ np.linalg.inv(match.posterior) @ turned.T
+        shares = np.sqrt([self.config.drift_share, self.config.drift_share, self.config.drift_share_yaw])
+        covariance = shares[:, None] * np.linalg.inv(match.posterior) * shares
+        self._drift += turned @ covariance @ turned.T

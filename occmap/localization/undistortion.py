@@ -24,7 +24,7 @@ def undistorted(scan: Scan, robot_from_lidar: Pose2, step: Pose2, step_s: float)
     c, s = np.cos(0.5 * (turn - step.yaw_rad)), np.sin(0.5 * (turn - step.yaw_rad))
     shift_x = share * (c * step.x_m - s * step.y_m)
     shift_y = share * (s * step.x_m + c * step.y_m)
-    reach = np.where(np.isinf(scan.ranges_m), scan.max_range_m, scan.ranges_m)
+    reach = np.where(scan.is_hit, scan.ranges_m, scan.max_range_m)
     in_robot = robot_from_lidar.apply(
         np.column_stack((reach * np.cos(scan.bearings_rad), reach * np.sin(scan.bearings_rad)))
     )
@@ -33,7 +33,13 @@ def undistorted(scan: Scan, robot_from_lidar: Pose2, step: Pose2, step_s: float)
         (shift_x + c * in_robot[:, 0] - s * in_robot[:, 1], shift_y + s * in_robot[:, 0] + c * in_robot[:, 1])
     )
     seen = robot_from_lidar.inverse().apply(moved)
-    failed = np.isnan(reach)
-    bearings = np.where(failed, scan.bearings_rad, np.arctan2(seen[:, 1], seen[:, 0]))
-    ranges = np.where(np.isfinite(scan.ranges_m), np.hypot(seen[:, 0], seen[:, 1]), scan.ranges_m)
-    return replace(scan, bearings_rad=bearings, ranges_m=ranges, beam_times_s=None)
+    # what hit does so from there, what met nothing does not, and what failed says nothing
+    nearest_m, farthest_m = scan.least_range_m, np.nextafter(scan.max_range_m, 0.0)
+    hits = np.clip(np.hypot(seen[:, 0], seen[:, 1]), nearest_m, farthest_m)
+    others = np.where(scan.ranges_m >= scan.max_range_m, np.inf, np.nan)
+    return replace(
+        scan,
+        bearings_rad=np.arctan2(seen[:, 1], seen[:, 0]),
+        ranges_m=np.where(scan.is_hit, hits, others),
+        beam_times_s=None,
+    )

@@ -10,13 +10,14 @@ import numpy as np
 import pytest
 
 from occmap import slices
+from occmap.body import Body
 from occmap.decision import Reason, Status
-from occmap.explorer import ExplorerConfig
+from occmap.explorer import Explorer, ExplorerConfig
 from occmap.geometry import Pose2, Twist2
 from occmap.goal_config import GoalConfig
 from occmap.grid import Belief
 from occmap.living_map import LivingMap
-from tests.occmap.explored_worlds import CELL, FLAT, TWO_ROOMS, Sleepy, exploring
+from tests.occmap.explored_worlds import CELL, FLAT, TWO_ROOMS, Exploration, Sleepy, exploring
 
 
 @pytest.mark.parametrize("strategy", ["nearest", "utility", "gain_per_cost", "gain_decay", "tour"])
@@ -93,6 +94,57 @@ def test_a_covered_lidar_is_blindness_and_no_closed_room(nothing):
         last = cell.explorer.decide(replace(seen, scan=covered))
         cell.world.step(last.twist)
     assert (last.status, last.activity, last.twist) == (Status.EXPLORING, "blind", Twist2.zero())
+
+
+def half_seen(exploration, robot_from_lidar):
+    """Let it see by a lidar that is mounted elsewhere, and half round only."""
+    world, observe = exploration.world, exploration.observe
+
+    def see():
+        here = world.pose
+        world.pose = here @ robot_from_lidar
+        scan = world.scan()
+        world.pose = here
+        ahead = np.abs(scan.bearings_rad) <= 0.5 * math.pi
+        half = replace(scan, bearings_rad=scan.bearings_rad[ahead], ranges_m=scan.ranges_m[ahead])
+        return replace(observe(), scan=half, robot_from_lidar=robot_from_lidar)
+
+    exploration.observe = see
+
+
+@pytest.mark.parametrize("robot_from_lidar", [Pose2(0.15, 0.0, 0.0), Pose2(-0.1, 0.0, math.pi)])
+def test_a_lidar_need_not_look_over_the_robot(robot_from_lidar):
+    flat = exploring(FLAT)
+    half_seen(flat, robot_from_lidar)
+    assert flat.run(400.0).status is Status.COMPLETE
+    assert flat.explored() > 0.98
+    assert flat.world.least_clearance_m > 0.0
+
+
+def test_a_wall_without_an_echo_is_given_up():
+    """Beams that meet the upper wall fail, so that what is behind it stays a frontier for ever."""
+    hall = exploring(CELL)
+    observe, wall_y_m = hall.observe, hall.world.boxes[:, 3].max() - hall.cell_m
+
+    def see():
+        seen = observe()
+        angles = seen.scan.bearings_rad + hall.world.pose.yaw_rad
+        to_wall_m = (wall_y_m - hall.world.pose.y_m) / np.sin(angles)
+        is_dark = (to_wall_m > 0.0) & (seen.scan.ranges_m > to_wall_m - 0.15)
+        return replace(
+            seen, scan=replace(seen.scan, ranges_m=np.where(is_dark, math.nan, seen.scan.ranges_m))
+        )
+
+    hall.observe = see
+    last = hall.run(120.0)
+    assert last.status is Status.COMPLETE
+    assert Reason.GAVE_UP in {left.reason for left in last.unknown_left}
+
+
+def test_a_body_wider_than_the_clearances_that_others_ask_for_explores_too():
+    halls = Exploration(TWO_ROOMS, Explorer(body=Body(radius_m=1.2)), cell_m=1.2)
+    assert halls.run(300.0).status is Status.COMPLETE
+    assert halls.explored() > 0.98
 
 
 def test_clocks_may_be_set_back():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -39,6 +40,17 @@ def test_a_failed_look_counts_for_frontiers_near_by(hall):
     here, there = frontier_of(hall, (50, 52), (51, 52), (52, 52)), frontier_of(hall, (60, 50))
     assert [look.reason for look in looks.at(here, hall)] == [Reason.GAVE_UP, Reason.UNSAFE]
     assert looks.at(there, hall) == []
+
+
+def test_the_same_frontier_is_known_again_whatever_its_shape(hall):
+    """Of a horseshoe no cell is nearest to the middle: noise alone tells which."""
+    looks = FailedLooks()
+    horseshoe = [*((40, y) for y in range(40, 60)), *((60, y) for y in range(40, 60))]
+    places = hall.frame.map_from_cell(np.array(horseshoe))
+    looks.note(replace(goal_at(5.05, 5.0), watched_in_map=places), Reason.GAVE_UP, "in vain", hall)
+    assert looks.at(frontier_of(hall, *horseshoe[:-1]), hall)
+    assert looks.at(frontier_of(hall, *horseshoe[1:]), hall)
+    assert not looks.at(frontier_of(hall, *horseshoe[:20]), hall)
 
 
 def test_what_is_behind_a_wall_is_another_frontier(hall):

@@ -113,6 +113,22 @@ def test_a_scan_of_another_size_or_an_empty_one_says_nothing():
     assert ride.detector.is_stuck(seen)
 
 
+@pytest.mark.parametrize("beams", [0, 1, 2])
+def test_a_beam_or_two_are_no_view(beams: int):
+    ride = Ride(STUDY)
+    whole = ride.seen
+
+    def few():
+        seen = whole()
+        first = replace(
+            seen.scan, bearings_rad=seen.scan.bearings_rad[:beams], ranges_m=seen.scan.ranges_m[:beams]
+        )
+        return replace(seen, scan=first)
+
+    ride.seen = few
+    assert not ride.is_stuck_after(6.0, AHEAD, robot_moves=False)
+
+
 def test_after_a_reset_it_watches_a_whole_window_first():
     ride = Ride(STUDY)
     assert ride.is_stuck_after(3.0, AHEAD, wheels_turn=False, robot_moves=False)

@@ -71,6 +71,14 @@ def test_headings_that_a_compass_knows_do_not_lever_out():
     assert uncertainty_from(askew, 10, compass_rad=3e-4)[0][0] == plain
 
 
+def test_a_robot_that_stays_in_place_knows_where_it_is():
+    """Two submaps at one place, a turn apart: an edge without length, and a heading that no compass knows."""
+    graph = _chain(2, length_m=0.0)
+    position, yaw = uncertainty_from(graph, 1, compass_rad=3e-4)
+    assert position[0] == pytest.approx(2e-4, rel=1e-3)
+    assert yaw[0] == pytest.approx(1e-6, rel=1e-3)
+
+
 def test_errors_in_common_add_up():
     """Standard deviations do, where variances would of errors that average out."""
     graph = _chain(11)

@@ -39,6 +39,25 @@ def test_two_laps_of_drift_close(ring, finished):
     assert len(finished.loops.believed) > 5
 
 
+def test_a_submaps_turn_to_the_next_is_known_as_well_as_it_is(ring):
+    slam, began = SlamLocalizer(), [0]
+    for k, seen in enumerate(ring):
+        slam.update(seen)
+        if len(slam.tracker.submaps) > len(began):
+            began.append(k)
+    links = zip(pairwise(began), slam.tracker.submaps[1:], strict=True)
+    off_rad, sigma_rad = np.transpose(
+        [
+            (
+                wrap_angle((LAPS[a].inverse() @ LAPS[b]).yaw_rad - link.previous_from_submap.yaw_rad),
+                np.linalg.inv(link.information)[2, 2] ** 0.5,
+            )
+            for (a, b), link in links
+        ]
+    )
+    assert 0.5 < np.sqrt(np.mean((off_rad / sigma_rad) ** 2)) < 2.0
+
+
 def test_the_same_stream_gives_the_same_trajectory_to_the_bit(ring):
     first, second = mapped(ring[:150]), mapped(ring[:150])
     assert first.trajectory() == second.trajectory()

@@ -44,6 +44,18 @@ def test_what_met_nothing_stays_so():
     assert ranges[2] == pytest.approx(2.0)
 
 
+def test_what_says_nothing_is_not_moved_to_where_it_would():
+    """Zeros and what is too near would become obstacles, what is too far a ring of walls."""
+    ranges_m = np.array([0.0, -np.inf, 0.04, 12.0, 13.0, 11.999, 0.051])
+    times_s = np.linspace(-0.1, -0.01, len(ranges_m))
+    scan = Scan(np.linspace(-0.1, 0.1, len(ranges_m)), ranges_m, 12.0, 0.05, times_s)
+    for step in (Pose2(0.3, 0.0, 0.1), Pose2(-0.3, 0.0, 0.1)):
+        moved = undistorted(scan, Pose2.identity(), step, 0.1)
+        assert moved.is_hit.tolist() == scan.is_hit.tolist()
+        assert np.isnan(moved.ranges_m[:3]).all()
+        assert np.isinf(moved.ranges_m[3:5]).all()
+
+
 def test_without_beam_times_nothing_changes():
     scan = Scan(np.zeros(1), np.ones(1), 12.0)
     assert undistorted(scan, Pose2.identity(), Pose2(0.1, 0.0, 0.1), 0.1) is scan
