@@ -38,11 +38,11 @@ class CompassConfig(Positive):
     """Of all that looks like wall, that must lie in straight lines along the two directions."""
     off_m: float = 0.07
     """How far a point in a line is off it, as if neighbours did not err together (standard deviation)."""
-    floor_rad: float = 0.004
+    floor_rad: float = 0.002
     """Standard deviation of a direction, however long the walls: masons err too."""
-    dcs_chi2: float = 0.25
+    dcs_chi2: float = 1.0
     """A wall that is more askew is not believed to run along the building (dynamic covariance scaling)."""
-    askew_chi2: float = 1.0
+    askew_chi2: float = 4.0
     """One that is more askew than this says that it, or north, is not how the building runs."""
 
 

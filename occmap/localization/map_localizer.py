@@ -81,7 +81,9 @@ class MapLocalizer:
         )
         is_found = match.fit >= self.config.lost_fit and not self.is_lost
         self._pose = map_from_submap @ match.submap_from_robot if is_found else guess
-        self._motion.took(before.inverse() @ self._pose, is_found and match.tells(prediction.sigma_m))
+        self._motion.took(
+            before.inverse() @ self._pose, is_found and match.tells(prediction.sigma_m), is_found
+        )
         self._misfits = 0 if is_found else self._misfits + 1
         self._track.append((seen.time_s, self._pose))
         if self.is_lost:

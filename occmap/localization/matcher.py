@@ -116,7 +116,7 @@ class Matcher:
         if surprise > self.config.surprising and match.fit < expected.fit + self._gain(surprise, cloud):
             match = expected
         if match.fit < max(self.config.doubtful_fit, self.config.doubtful_share * usual_fit):
-            match = self._second_look(cloud, submap, guess, prior, match)
+            match = self._second_look(cloud, submap, guess, prior, match, prediction)
         return match
 
     def _gain(self, surprise: float, cloud: Cloud) -> float:
@@ -141,15 +141,25 @@ class Matcher:
         return self.search(points, submap, Window(pose, 0.0, 0.0, 1.0))[1]
 
     def _second_look(
-        self, cloud: Cloud, submap: Submap, guess: Pose2, prior: NDArray[np.float64], first: Match
+        self,
+        cloud: Cloud,
+        submap: Submap,
+        guess: Pose2,
+        prior: NDArray[np.float64],
+        first: Match,
+        prediction: Prediction,
     ) -> Match:
         """A scan that fits badly where it was expected may fit well elsewhere: wheels slip."""
         c = self.config
+        reach_m, reach_rad = (
+            min(c.second_look_m, prediction.most_m),
+            min(c.second_look_rad, prediction.most_rad),
+        )
         apart = self.thinned(cloud.points, 2.0 * c.spacing_m)
         if len(apart) == 0:
             return first
         turn_step = angle_step(apart, 2.0 * submap.raster.cell_m)
-        found, _ = self.search(apart, submap, Window(guess, c.second_look_m, c.second_look_rad, turn_step))
+        found, _ = self.search(apart, submap, Window(guess, reach_m, reach_rad, turn_step))
         second = self.refine(cloud, submap, found, guess, 0.01 * prior)
         gain = max(c.second_gain, c.second_gain_sigmas * by_chance(cloud))
         return second if second.fit > first.fit + gain else first

@@ -10,6 +10,9 @@ from occmap.geometry import Pose2, wrap_angle
 from occmap.localization.wheel_scale import WheelScale, WheelScaleConfig
 from occmap.scan import Observation
 
+DEAF_SIGMAS = 3.0
+"""A step by more standard deviations than this, while odometry stands, says that there is none."""
+
 
 @dataclass(frozen=True)
 class MotionConfig(Positive):
@@ -79,6 +82,10 @@ class Prediction:
     window_rad: float
     is_gap: bool = False
     """The robot may be where nothing is seen of what was seen last."""
+    most_m: float = math.inf
+    """No robot has come farther off this step since the last scan that fitted."""
+    most_rad: float = math.inf
+    """Nor turned farther."""
 
     def surprise(self, guess: Pose2, found: Pose2) -> float:
         """How far a pose is off the one predicted, squared, in standard deviations."""
@@ -102,7 +109,7 @@ class Distrust:
 
 
 class MotionModel:
-    """Predicts a step from odometry; from the last step if odometry has never moved.
+    """Predicts a step from odometry; from the last step if that says nothing while scans see the robot move.
 
     How far wheels are believed follows from how they did of late, as far as scans could tell
     (innovation-based adaptive estimation, Mehra 1972).
@@ -111,16 +118,25 @@ class MotionModel:
     def __init__(self, config: MotionConfig) -> None:
         self.config = config
         self._odometry_moves = False
+        self._is_deaf = False  # the robot has moved, and no odometry has ever said so
         self._last: Observation | None = None
         self._last_step = Pose2.identity()
         self._expected: tuple[Pose2, float, float] | None = None  # the wheels' step and its deviations
         self._distrust_m, self._distrust_rad = Distrust(), Distrust()
         self._scale = WheelScale(config.scale)
         self._claimed_m = 0.0  # by the wheels in the last step, forward
+        self._lost_s = 0.0  # since the last scan that fitted
         self.step_s = 0.0
         """Seconds from the last observation but one to the last."""
 
     def predict(self, seen: Observation) -> Prediction:
+        """The step expected since the last observation, (0, 0, 0) for the first."""
+        prediction = self._expect(seen)
+        self._lost_s += self.step_s
+        c = self.config
+        return replace(prediction, most_m=c.leap_mps * self._lost_s, most_rad=c.leap_radps * self._lost_s)
+
+    def _expect(self, seen: Observation) -> Prediction:
         step = (
             Pose2.identity()
             if self._last is None
@@ -129,11 +145,15 @@ class MotionModel:
         self.step_s = 0.0 if self._last is None else max(seen.time_s - self._last.time_s, 0.0)
         self._last = seen
         self._odometry_moves |= step != Pose2.identity()
-        self._expected = None
-        if not self._odometry_moves or self._is_leap(step):
-            return self._blind()
+        self._is_deaf &= not self._odometry_moves
+        self._expected, blind = None, self._blind()
+        if self._is_deaf or self._is_leap(step) or (blind.is_gap and not self._odometry_moves):
+            return blind
         self._claimed_m = step.x_m
-        return self._by_wheels(self._scale.corrected(step))
+        expected = self._by_wheels(self._scale.corrected(step))
+        if self._odometry_moves:
+            return expected
+        return replace(expected, window_m=blind.window_m, window_rad=blind.window_rad)  # it may say nothing
 
     def _is_leap(self, step: Pose2) -> bool:
         """Whether a step is none that a robot can take."""
@@ -205,15 +225,23 @@ class MotionModel:
 
     def forget_odometry(self) -> None:
         """Odometry begins anew, or there is none from now on: the robot is taken to be where it was."""
-        self._last, self._last_step, self._odometry_moves = None, Pose2.identity(), False
+        self._last, self._last_step = None, Pose2.identity()
+        self._odometry_moves = self._is_deaf = False
 
-    def took(self, step: Pose2, is_seen: bool = True) -> None:
-        """What the step turned out to be; is_seen if the scan says so, and not just the prediction."""
+    def took(self, step: Pose2, is_seen: bool = True, fits: bool = True) -> None:
+        """What the step turned out to be; is_seen if the scan says so, and not just the prediction; fits if
+        the scan at least shows nothing else.
+        """
         c, expected, self._last_step = self.config, self._expected, step
-        if not is_seen or expected is None or math.hypot(step.x_m, step.y_m) < c.least_step_m:
+        self._lost_s = 0.0 if fits else self._lost_s
+        if expected is None:
             return
-        self._scale.learn(self._claimed_m, step.x_m)
         by_wheels, sigma_m, sigma_rad = expected
         off = by_wheels.inverse() @ step
-        self._distrust_m.learn(math.hypot(off.x_m, off.y_m) / sigma_m, c.memory)
-        self._distrust_rad.learn(abs(off.yaw_rad) / sigma_rad, c.memory)
+        sigmas, turn_sigmas = math.hypot(off.x_m, off.y_m) / sigma_m, abs(off.yaw_rad) / sigma_rad
+        if not self._odometry_moves:
+            self._is_deaf = max(sigmas, turn_sigmas) > DEAF_SIGMAS
+        elif is_seen and math.hypot(step.x_m, step.y_m) >= c.least_step_m:
+            self._scale.learn(self._claimed_m, step.x_m)
+            self._distrust_m.learn(sigmas, c.memory)
+            self._distrust_rad.learn(turn_sigmas, c.memory)

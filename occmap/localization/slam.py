@@ -67,7 +67,7 @@ class SlamLocalizer:
         cloud = Cloud.of(scan, seen.robot_from_lidar, self.config.submap.reach_m)
         stood = not self.tracker.first_look.is_over
         tracked = self.tracker.update(cloud, prediction, scan, seen.robot_from_lidar)
-        self.motion.took(self.tracker.last_step, self.tracker.is_seen)
+        self.motion.took(self.tracker.last_step, self.tracker.is_seen, self.tracker.fits)
         self.track.append(seen.time_s, tracked)
         was_settled = self._settled
         self._add_new_submaps()

@@ -55,6 +55,8 @@ class Tracker:
         self._last_inserted = Pose2.identity()  # the same
         self.last_step = Pose2.identity()
         """previous_robot_from_robot, as tracked."""
+        self.fits = True
+        """Whether most of the scan lies on the map there."""
         self.is_seen = False
         """Whether the scan says so, rather than the prediction."""
         self._drift = np.zeros((3, 3))  # covariance since the youngest submap began, in its frame
@@ -87,7 +89,8 @@ class Tracker:
                 return self._look_again(scan)
             self._learn_the_start()
         self.last_step = self._pose.inverse() @ match.submap_from_robot
-        self.is_seen = match.fit >= self.config.bridge_fit and match.tells(prediction.sigma_m)
+        self.fits = match.fit >= self.config.bridge_fit
+        self.is_seen = self.fits and match.tells(prediction.sigma_m)
         self._pose = match.submap_from_robot
         tracked = Tracked(self.reference, self._pose, self.younger_from_older() @ self._pose, self._blend())
         if self._moved_enough():
@@ -112,7 +115,7 @@ class Tracker:
         """A submap of what is seen after a gap; only loops, or the wheels, tell where it is."""
         variances = np.array([prediction.sigma_m, prediction.sigma_m, prediction.sigma_rad]) ** 2
         self._drift += np.diag(variances)
-        self.last_step, self.is_seen = prediction.step, False
+        self.last_step, self.fits, self.is_seen = prediction.step, True, False
         self._pose = self._pose @ prediction.step
         self.finish()
         self._begin_submap(scan)
