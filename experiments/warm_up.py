@@ -22,6 +22,7 @@ from occmap.explorer_config import PaceConfig
 from occmap.geometry import Pose2
 from occmap.scan import Observation
 from sim.building import Box, Building
+from sim.faults import FaultsConfig
 
 DRIVE_S = 4.0
 """Long enough to look around, plan and drive."""
@@ -51,7 +52,7 @@ def warm_up(config: ExperimentConfig) -> None:
 def explore(config: ExperimentConfig) -> list[Observation]:
     """Explore the room, knowing the pose; what was seen on the way."""
     quick = replace(config.explorer, pace=PaceConfig(first_look_s=0.5))
-    config = replace(config, pose="truth", explorer=quick, boundary=())
+    config = replace(config, pose="truth", explorer=quick, boundary=(), faults=FaultsConfig())
     robot = make_robot(config, room(), Streams(0))
     explorer = make_explorer(config, robot)
     steps = list(episode(robot, explorer, limit_s=DRIVE_S))

@@ -205,6 +205,13 @@ def test_a_physics_fault_ends_the_run_with_its_reason_and_what_there_is(tmp_path
     assert summary_in(tmp_path / "run")["status"] == "physics_fault"
 
 
+def test_doors_close_by_their_number_in_the_building_alone(tmp_path):
+    """The room of the warm-up has none."""
+    options = ["--faults.close-doors-at-s", "0", "--faults.close-doors", "2", "--time-limit-s", "3"]
+    assert main([*SMALL, *options, "--out", str(tmp_path / "run")]) == 3
+    assert summary_in(tmp_path / "run")["status"] == "time_limit"
+
+
 @pytest.mark.parametrize(("limit_s", "status"), [("2", 3), ("200", 1)])
 def test_a_recorder_that_fails_at_the_end_costs_its_own_file_only(
     tmp_path, capsys, monkeypatch, limit_s, status
