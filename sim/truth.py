@@ -119,7 +119,7 @@ def _draw(truth: TruthGrid, solid: Solid, bounds: NDArray[np.float64]) -> None:
     """Mark the cells whose inside meets the solid's: separating axes for boxes, distance for cylinders."""
     r = truth.resolution_m
     ix0, iy0 = np.maximum(np.floor((bounds[:2] - truth.origin_m) / r + TOUCH).astype(int), 0)
-    ix1, iy1 = np.ceil((bounds[2:] - truth.origin_m) / r - TOUCH).astype(int)
+    ix1, iy1 = np.maximum(np.ceil((bounds[2:] - truth.origin_m) / r - TOUCH).astype(int), 0)
     cells = truth.wall[iy0:iy1, ix0:ix1]
     if isinstance(solid, Box) and solid.yaw_rad == 0.0:
         cells[:] = True

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -116,6 +117,12 @@ def test_solids_that_stick_out_of_the_bounds_are_drawn():
     assert truth.wall.sum() == 4 * 2
     assert truth.cell_from_world(np.array([[1.35, 0.55]]))[0].tolist() == [14, 6]
     assert truth.wall[6, 14]
+
+
+@pytest.mark.parametrize(("x_m", "y_m"), [(-1.5, 0.5), (2.5, 0.5), (0.5, -1.5), (0.5, 2.5), (-1.5, -1.5)])
+@pytest.mark.parametrize("solid", [Box(0, 0, 0.2, 0.2), Box(0, 0, 0.2, 0.2, 0.4), Cylinder(0, 0, 0.2)])
+def test_what_stands_wholly_outside_is_not_drawn(x_m: float, y_m: float, solid: Box | Cylinder):
+    assert not truth_grid(a_building(replace(solid, x_m=x_m, y_m=y_m)), 0.1).wall.any()
 
 
 @pytest.mark.parametrize("yaw_rad", [0.3, math.pi / 4, 2.0, -1.1])
