@@ -9,14 +9,15 @@ import numpy as np
 
 from sim.building import Door
 from sim.solids import Floats, SolidArrays
+from sim.truth import LIDAR_HEIGHT_M
 
 
 class ClosingDoors:
     """Panels that rise out of the floor like bollards, and stay up.
 
-    A panel takes about a second. While the robot's body is closer than `keep_off_m` it waits, at whatever
-    height it has reached: it never rises into the robot, nor where the robot would arrive before the panel
-    stands tall enough for the lidar to see it.
+    A panel takes about a second, and never rises into the robot: while the body is closer than `keep_off_m`,
+    it waits where it stands if the lidar sees it, and drops back into the floor if not. So whatever the robot
+    can touch, it can see.
     """
 
     def __init__(self, doors: Sequence[Door], rise_mps: float = 1.0, keep_off_m: float = 0.3) -> None:
@@ -32,10 +33,11 @@ class ClosingDoors:
         return bool(np.all(self.height_m >= self._panels.height_m))
 
     def advance(self, dt_s: float, x_m: float, y_m: float, body_radius_m: float) -> None:
-        """Raise what may rise, with the robot's body standing at a place."""
+        """Raise what may rise and drop what must, with the robot's body standing at a place."""
         in_the_way = self._panels.distance_m(x_m, y_m) < body_radius_m + self._keep_off_m
         raised = np.minimum(self.height_m + self._rise_mps * dt_s, self._panels.height_m)
-        self.height_m = np.where(in_the_way, self.height_m, raised)
+        kept = np.where(self.height_m > LIDAR_HEIGHT_M, self.height_m, 0.0)
+        self.height_m = np.where(in_the_way, kept, raised)
         up = np.flatnonzero(self.height_m > 0.0)
         self.standing = replace(self._panels.take(up), height_m=self.height_m[up])
 

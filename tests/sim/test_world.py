@@ -15,6 +15,7 @@ from sim.faults import FaultsConfig, PhysicsFault
 from sim.model_files import model_path
 from sim.scene import building_scene
 from sim.solids import SolidArrays
+from sim.truth import LIDAR_HEIGHT_M
 from sim.world import World
 from tests.sim.rooms import robot_in, room
 
@@ -171,6 +172,18 @@ def test_a_door_waits_while_the_robot_stands_in_it():
         robot.act(Twist2(0.3, 0.0))
     assert robot.world.doors.all_closed
     assert robot.truth().world_from_robot.x_m > 3.0
+
+
+@pytest.mark.parametrize("closes_s", [1.36, 1.40, 1.44, 1.48, 1.52, 1.56])
+def test_a_door_that_the_robot_comes_upon_is_seen_or_open(closes_s: float):
+    """It has risen a little when the robot, which stops for what it sees, comes near."""
+    building = room(8.0, 2.0, Pose2(2.0, 1.0, 0.0), doors=(Door(Box(3.2, 1.0, 0.05, 0.9)),))
+    robot = robot_in(building, faults=FaultsConfig(close_doors_at_s=closes_s))
+    for _ in range(45):
+        ahead_m = robot.sense().scan.ranges_m[180]
+        robot.act(Twist2(0.5 if ahead_m > 0.4 else 0.0, 0.0))
+    assert robot.truth().collision_events == 0
+    assert robot.world.doors.height_m[0] > LIDAR_HEIGHT_M
 
 
 def test_a_door_never_touches_a_robot_that_goes_to_and_fro_through_it():
