@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,6 +38,8 @@ class Lattices:
 
     node_stride: int
     place_stride: int
+    cut_corners: bool = False
+    """Whether a way may pass between cells that touch at a corner alone, as `reachable` has it."""
 
     @staticmethod
     def of(stands: Mask, resolution_m: float) -> Lattices:
@@ -47,6 +49,14 @@ class Lattices:
             math.floor(PLACE_SPACING_M / resolution_m + TOUCH), math.ceil(math.sqrt(cells / MOST_PLACES))
         )
         return Lattices(node, math.ceil(place / node) * node)
+
+    def finer(self) -> Lattices | None:
+        """What to try where these do not see enough; None if there is nothing left to try."""
+        if self.node_stride > 1:
+            return replace(self, node_stride=1)
+        if not self.cut_corners:
+            return replace(self, cut_corners=True)
+        return replace(self, place_stride=self.place_stride // 2) if self.place_stride > 1 else None
 
 
 class Floor:
@@ -76,10 +86,10 @@ class Floor:
         self.stands = _joined(
             np.pad(reachable(truth, start, body_radius_m, within), 1), self.free, self.start
         )
-        lattices = Lattices.of(self.stands, self.resolution_m)
-        self._lay(lattices)
-        if self.seen_share(self.places) < LEAST_SEEN and lattices.node_stride > 1:
-            self._lay(Lattices(1, lattices.place_stride))
+        lattices: Lattices | None = Lattices.of(self.stands, self.resolution_m)
+        while lattices is not None:
+            self._lay(lattices)
+            lattices = lattices.finer() if self.seen_share(self.places) < LEAST_SEEN else None
         self.samples, self.weight = samples_of(self.free, self._wanted, self.places, self.reach)
         self._look()
 
@@ -88,6 +98,8 @@ class Floor:
         from experiments.oracle import floor_kernels as kernels
 
         self.stride = lattices.node_stride
+        if lattices.cut_corners:
+            self.stands = _widened(self.stands) & self.free
         on_lattice = np.zeros_like(self.stands)
         x0, y0 = (side % self.stride for side in self.start)
         on_lattice[y0 :: self.stride, x0 :: self.stride] = True  # the start is on it
@@ -153,3 +165,15 @@ def _joined(stands: Mask, free: Mask, start: tuple[int, int]) -> Mask:
     gap = float(np.hypot(ix - start[0], iy - start[1]).min())
     iy, ix = np.indices(stands.shape)
     return stands | (free & (np.hypot(ix - start[0], iy - start[1]) <= gap + 1.5))
+
+
+def _widened(stands: Mask) -> Mask:
+    """With both cells beside every corner at which two cells touch that nothing else joins there."""
+    a, b, c, d = stands[:-1, :-1], stands[1:, 1:], stands[:-1, 1:], stands[1:, :-1]
+    rising, falling = a & b & ~(c | d), c & d & ~(a | b)
+    wide = stands.copy()
+    wide[:-1, 1:] |= rising
+    wide[1:, :-1] |= rising
+    wide[:-1, :-1] |= falling
+    wide[1:, 1:] |= falling
+    return wide

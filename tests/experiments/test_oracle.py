@@ -15,7 +15,7 @@ from experiments.maps import write_truth
 from experiments.oracle import figures
 from experiments.oracle.__main__ import main
 from experiments.oracle.bound import path_bound, spanning_tree
-from experiments.oracle.floor import Floor
+from experiments.oracle.floor import LEAST_SEEN, Floor
 from experiments.oracle.run_files import read_run
 from experiments.oracle.samples import chances
 from experiments.oracle.search import Seen, TourSearch
@@ -155,6 +155,28 @@ def test_a_bound_on_paths_is_below_the_shortest_and_above_the_tree():
     assert degree.sum() == 2 * 6
     assert tree <= path_bound(away) <= shortest + 1e-9
     assert path_bound(np.zeros((1, 1))) == 0.0
+
+
+@pytest.mark.parametrize("start", [(1.05, 0.45), (1.15, 0.45)])
+def test_places_are_as_dense_as_a_narrow_corridor_needs_them(start):
+    """Its axis may lie between the places of a coarse lattice."""
+    wall = np.ones((60, 30), bool)
+    wall[2:7, 2:28] = False
+    wall[2:58, 20:25] = False
+    floor = floor_of(wall, start, range_m=3.0)
+    assert floor.seen_share(floor.places) >= LEAST_SEEN
+    assert near_shortest_tour(floor, config=FEW).seen >= ENOUGH
+
+
+def test_a_way_leads_wherever_the_explorable_area_is_seen_from():
+    """Where a body fits at two cells that meet at a corner, it is taken to fit between them."""
+    wall = corridor(6.0, 6.0)
+    wall[30, 1:20] = True  # x up to 1.9 m
+    wall[25, 22:-1] = True  # x from 2.2 m
+    floor = floor_of(wall, (2.05, 0.55), range_m=3.0)
+    oracle = near_shortest_tour(floor, config=FEW)
+    assert oracle.seen >= ENOUGH
+    assert oracle.path[:, 1].max() > 3.5
 
 
 def test_chances_add_up_and_none_is_more_than_certain():
