@@ -14,7 +14,7 @@ from experiments.experiment import prepare
 from experiments.maps import write_truth
 from experiments.oracle import figures
 from experiments.oracle.__main__ import main
-from experiments.oracle.bound import path_bound, spanning_tree
+from experiments.oracle.bound import lower_bound_m, path_bound, spanning_tree
 from experiments.oracle.floor import LEAST_SEEN, Floor
 from experiments.oracle.run_files import read_run
 from experiments.oracle.samples import chances
@@ -26,9 +26,11 @@ from experiments.summary import summarise
 from experiments.tum_file import Trajectory, write_tum
 from occmap.geometry import Pose2
 from occmap.pgm import write_pgm
-from sim.truth import TruthGrid, explorable
+from sim.building import Box
+from sim.truth import TruthGrid, explorable, truth_grid
 from tests.ascii_maps import ascii_map
 from tests.experiments.commands import mistake
+from tests.sim.rooms import room
 
 RESOLUTION_M, BODY_M = 0.1, 0.17
 FEW = OracleConfig(rounds=15, more_rounds=10)
@@ -155,6 +157,21 @@ def test_a_bound_on_paths_is_below_the_shortest_and_above_the_tree():
     assert degree.sum() == 2 * 6
     assert tree <= path_bound(away) <= shortest + 1e-9
     assert path_bound(np.zeros((1, 1))) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("size_m", "start", "range_m", "solids"),
+    [
+        ((5.46, 1.24), (2.36, 0.54), 3.0, ()),
+        ((4.43, 1.42), (2.078, 1.073), 12.0, (Box(0.889, 1.034, 0.667, 0.05, 1.174),)),
+    ],
+)
+def test_no_tour_is_shorter_than_the_bound_wherever_it_stops(size_m, start, range_m, solids):
+    """In small rooms some centimetres count: a few cells ahead a robot sees what no place sees."""
+    pose = Pose2(*start, 0.0)
+    truth = truth_grid(room(*size_m, pose, solids), 0.05)
+    floor = Floor(truth, explorable(truth, pose, BODY_M, range_m), pose, BODY_M, range_m)
+    assert lower_bound_m(floor, ENOUGH) <= near_shortest_tour(floor, config=FEW).length_m
 
 
 @pytest.mark.parametrize("start", [(1.05, 0.45), (1.15, 0.45)])
