@@ -81,13 +81,16 @@ def answers(runs: list[FinishedRun], command: OracleCommand) -> Iterator[str]:
     for run in runs:
         figures = compared(oracle, floor, run.trail)
         path = {"seen": oracle.seen, "path_m": oracle.path.round(3).tolist()}
-        (run.folder / ORACLE).write_text(json.dumps(asdict(figures) | path) + "\n")
+        (run.folder / ORACLE).write_text(json.dumps(asdict(figures) | path, allow_nan=False) + "\n")
         draw_ways(run, oracle, metres(run.trail), run.folder / PICTURE)
-        ratio = figures.competitive_ratio
-        yield (
-            f"{str(run.folder)[-31:]:<32}{metres(run.trail):>8.1f} m{oracle.length_m:>8.1f} m"
-            f"{oracle.lower_bound_m:>8.1f} m{'' if ratio is None else format(ratio, '.2f'):>8}"
-        )
+        tour, bound = (shown(m, ".1f", " m") for m in (figures.oracle_m, figures.oracle_lower_bound_m))
+        ratio = shown(figures.competitive_ratio, ".2f")
+        yield f"{str(run.folder)[-31:]:<32}{metres(run.trail):>8.1f} m{tour:>10}{bound:>10}{ratio:>8}"
+
+
+def shown(figure: float | None, form: str, unit: str = "") -> str:
+    """As in a table; nothing where there is none."""
+    return "" if figure is None else f"{figure:{form}}{unit}"
 
 
 if __name__ == "__main__":

@@ -19,17 +19,19 @@ LEAST_M = 0.1
 
 @dataclass(frozen=True)
 class OracleFigures:
-    """What `summary.json` says of an oracle."""
+    """What `summary.json` says of an oracle. All None where not even the oracle sees enough."""
 
-    oracle_m: float
-    oracle_lower_bound_m: float
+    oracle_m: float | None
+    oracle_lower_bound_m: float | None
     competitive_ratio: float | None
     """Metres driven / oracle_m; None for a run that saw too little, and where nobody need drive."""
 
 
 def compared(oracle: Oracle, floor: Floor, trail: Points) -> OracleFigures:
     """A trail (n, 2), in `world`, beside an oracle on the same floor."""
-    is_fair = oracle.length_m >= LEAST_M and min(oracle.seen, seen_along(floor, trail)) >= ENOUGH
+    if oracle.seen < ENOUGH:
+        return OracleFigures(None, None, None)
+    is_fair = oracle.length_m >= LEAST_M and seen_along(floor, trail) >= ENOUGH
     return OracleFigures(
         oracle.length_m, oracle.lower_bound_m, metres(trail) / oracle.length_m if is_fair else None
     )

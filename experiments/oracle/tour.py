@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -56,11 +57,15 @@ def near_shortest_tour(
     The trails, in `world`, are ways that robots have driven there.
     """
     best = _cut_short(floor, _searched(floor, trails, config or OracleConfig()))
+    most_m = metres(best) if seen_along(floor, best) >= ENOUGH else math.inf
     for trail in trails:
-        begun = _first_metres(trail, metres(best))
+        begun = _first_metres(trail, most_m)
         if seen_along(floor, begun) >= ENOUGH:
             best = _cut_short(floor, begun)
-    return Oracle(best, metres(best), seen_along(floor, best), lower_bound_m(floor, ENOUGH))
+            most_m = metres(best)
+    # No more than the tour: a trail may have been where no node is.
+    bound_m = min(lower_bound_m(floor, ENOUGH), metres(best))
+    return Oracle(best, metres(best), seen_along(floor, best), bound_m)
 
 
 def metres(path: Points) -> float:

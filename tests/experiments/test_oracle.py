@@ -125,6 +125,33 @@ def test_a_trail_that_sees_too_little_is_no_answer(rooms):
     assert oracle.seen >= ENOUGH
 
 
+@pytest.fixture
+def walled_up() -> Floor:
+    """Two rooms without a door between them, both said to be explorable."""
+    wall = drawn("""##########
+                    #....#...#
+                    #....#...#
+                    #....#...#
+                    ##########""")
+    return Floor(TruthGrid(RESOLUTION_M, (0.0, 0.0), wall), ~wall, Pose2(1.5, 1.25, 0.0), BODY_M, 12.0)
+
+
+def test_where_nobody_sees_enough_there_are_no_figures(walled_up):
+    oracle = near_shortest_tour(walled_up, config=FEW)
+    assert oracle.seen < ENOUGH
+    assert figures.compared(oracle, walled_up, oracle.path) == figures.OracleFigures(None, None, None)
+
+
+def test_where_no_tour_sees_enough_a_trail_that_does_is_the_answer(walled_up):
+    trail = np.array([(1.5, 1.25), (2.0, 1.25), (3.75, 1.25), (4.0, 1.25)])
+    oracle = near_shortest_tour(walled_up, [trail], FEW)
+    found = figures.compared(oracle, walled_up, trail)
+    assert oracle.seen >= ENOUGH
+    assert found.oracle_m == oracle.length_m <= metres(trail)
+    assert found.oracle_lower_bound_m == 0.0  # of robots that pass through walls nothing is known
+    assert found.competitive_ratio == metres(trail) / oracle.length_m
+
+
 def test_what_a_search_counts_is_what_it_would_count_afresh(rooms):
     ways = Ways(rooms)
     search = TourSearch(rooms, ways, 0.99, np.random.default_rng(1))
@@ -241,6 +268,16 @@ def test_the_command_answers_for_runs_of_one_task_together(tmp_path, capsys, roo
 
 def test_the_command_refuses_what_is_no_run(tmp_path, capsys):
     assert "is not the folder of a run that has ended" in mistake(main, [str(tmp_path)], capsys)
+
+
+def test_the_command_leaves_figures_out_where_there_are_none(tmp_path, capsys, walled_up):
+    leave_run(tmp_path, walled_up, np.array([(1.5, 1.25), (1.6, 1.25)]))
+    both = walled_up.free[1:-1, 1:-1]
+    write_pgm(tmp_path / "explorable.pgm", np.where(both[::-1], 255, 0).astype(np.uint8))
+    assert main([str(tmp_path), "--rounds", "1"]) == 0
+    answer = json.loads((tmp_path / "oracle.json").read_text(), parse_constant=pytest.fail)
+    assert answer["oracle_m"] is answer["oracle_lower_bound_m"] is answer["competitive_ratio"] is None
+    assert "inf" not in capsys.readouterr().out
 
 
 def test_no_way_leaves_a_boundary(tmp_path, rooms):
