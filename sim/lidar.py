@@ -79,6 +79,8 @@ class Lidar:
         # The turn ends with the last beam at the stamp.
         ages = np.arange(len(self.bearings_rad) - 1, -1, -1) / len(self.bearings_rad)
         self._beam_times_s = -self.period_s * ages
+        if self.config.spin:
+            world.trail.keep_s = max(world.trail.keep_s, self.period_s)
 
     def measure(self, world: World) -> Scan:
         """The scan that ends now."""

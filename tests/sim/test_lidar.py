@@ -260,6 +260,25 @@ def test_beams_put_back_to_their_own_instant_lie_on_the_walls(twist):
     assert off_the_walls(np.zeros_like(scan.beam_times_s)) > 0.03
 
 
+def test_a_turn_may_last_as_long_as_it_likes():
+    """Each beam of a slow lidar starts from where the robot was then."""
+    lidar = replace(EXACT, spin=True, rate_hz=0.125, beams=8)
+    robot = robot_in(room(6.0, 4.0, Pose2(2.0, 2.0, 0.0)), lidar=lidar)
+    robot.act(Twist2(0.2, 0.0))
+    travelled_m = robot.truth().path_length_m
+    back, ahead = robot.sense().scan.ranges_m[[0, 4]]  # after an eighth of the turn, and after five
+    assert back - 2.0 == pytest.approx(travelled_m / 8.0, abs=0.02)
+    assert 6.0 - ahead - 2.0 == pytest.approx(travelled_m * 5.0 / 8.0, abs=0.02)
+
+
+def test_a_trail_says_so_when_it_is_asked_for_what_it_has_not_kept():
+    robot = robot_in(room(6.0, 4.0, Pose2(2.0, 2.0, 0.0)))
+    for _ in range(3):
+        robot.act(Twist2.zero())
+    with pytest.raises(ValueError, match=r"asked for t = 0\.05"):
+        robot.world.trail.at(np.array([0.05]))
+
+
 def test_a_blind_lidar_says_nothing_and_recovers():
     robot = robot_in(
         room(6.0, 4.0, Pose2(2.0, 1.0, 0.4)), faults=FaultsConfig(blind_at_s=0.5, blind_for_s=0.5)
