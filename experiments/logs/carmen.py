@@ -68,7 +68,7 @@ def read_carmen(path: Path) -> RecordedLog:
             elif words[0] == "ROBOTLASER1":
                 lasers["ROBOTLASER1"].append(_robotlaser(words))
             elif words[0] == "ODOM":
-                odometry.append((_finite(words[7]), _pose(words[1:4])))
+                odometry.append((_time_s(words[7:]), _pose(words[1:4])))
             elif words[0] == "PARAM":
                 parameters[words[1]] = words[2]
             elif not re.fullmatch(r"[A-Z][A-Z0-9_-]*", words[0]):
@@ -131,7 +131,7 @@ def _flaser(words: list[str]) -> LaserMessage:
     n = _beams(words[1])
     ranges, rest = _ranges(words[2 : 2 + n], n, FLASER_MAX_RANGE_M), words[2 + n :]
     scan = Scan(_flaser_bearings(n), ranges, FLASER_MAX_RANGE_M, MIN_RANGE_M)
-    return LaserMessage(_finite(rest[6]), scan, _pose(rest[0:3]), _pose(rest[3:6]))
+    return LaserMessage(_time_s(rest[6:]), scan, _pose(rest[0:3]), _pose(rest[3:6]))
 
 
 def _robotlaser(words: list[str]) -> LaserMessage:
@@ -145,7 +145,7 @@ def _robotlaser(words: list[str]) -> LaserMessage:
     if not 0.0 < step * (n - 1) <= 1.05 * fov:  # no step, or that of another number of beams
         step = fov / max(n - 1, 1)
     scan = Scan(_bearings(start, step, n), ranges, max_range_m, MIN_RANGE_M)
-    return LaserMessage(_finite(rest[11]), scan, _pose(rest[0:3]), _pose(rest[3:6]))
+    return LaserMessage(_time_s(rest[11:]), scan, _pose(rest[0:3]), _pose(rest[3:6]))
 
 
 @lru_cache(maxsize=64)
@@ -174,6 +174,14 @@ def _ranges(words: list[str], n: int, no_return_m: float) -> NDArray[np.float64]
 def _pose(words: list[str]) -> Pose2:
     x, y, yaw = words
     return Pose2(float(x), float(y), float(yaw))
+
+
+def _time_s(ending: list[str]) -> float:
+    """The ipc timestamp. A line that does not end where it should is one whose numbers were miscounted."""
+    if len(ending) > 3:
+        raise ValueError(f"values beyond those announced: {len(ending) - 3}")
+    _ = _finite(ending[2])  # the logger's own stamp, or the line was cut short
+    return _finite(ending[0])
 
 
 def _finite(word: str) -> float:

@@ -143,6 +143,29 @@ def test_broken_lines_are_counted_by_their_number_and_never_fatal(tmp_path: Path
     assert len(log.observations) == 2
 
 
+@pytest.mark.parametrize("announced", [1, 2, 4, 5])
+@pytest.mark.parametrize("line", [flaser("1.5 2.5 3.5", "4 5 6", "7 8 9", 2), robotlaser("1.5 2.5 3.5", 2)])
+def test_a_scan_with_other_than_the_announced_beams_is_passed_over(tmp_path: Path, line: str, announced: int):
+    """Nothing else tells a range from a pose, or a pose from a stamp."""
+    miscounted = line.replace(" 3 1.5 ", f" {announced} 1.5 ")
+    log = read_carmen(written(tmp_path, line + miscounted + line))
+    assert [seen.time_s for seen in log.observations] == [2.0, 2.0]
+    assert [skipped.number for skipped in log.skipped] == [2]
+
+
+@pytest.mark.parametrize("words", [1, 2])
+def test_a_line_that_was_cut_within_its_stamps_is_passed_over(tmp_path: Path, words: int):
+    """The stamp that is the last word may be half of it."""
+    good = flaser("1 2", "0 0 0", "0 0 0", 1234.5)
+    odom = f"ODOM 1 2 3 0 0 0 1234.5 {TAIL}\n"
+    cut = [" ".join(line.split()[:-words]) + "\n" for line in (good, odom)]
+    log = read_carmen(written(tmp_path, good + "".join(cut)))
+    assert [(skipped.number, skipped.reason[-9:]) for skipped in log.skipped] == [
+        (2, "cut short"),
+        (3, "cut short"),
+    ]
+
+
 def test_without_odometry_every_pose_is_the_identity(tmp_path: Path):
     text = "".join(flaser("1 2", "7 7 1", "7 7 1", float(t)) for t in range(3))
     log = read_carmen(written(tmp_path, text))
