@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from experiments.exit_status import CTRL_C, INTERRUPTED, MISTAKE
+from experiments.exit_status import CTRL_C, INTERRUPTED, LOST, MISTAKE
 from experiments.replaying.localizers import ReplayLocalizer, make_localizer
 from experiments.replaying.runner import ReplayConfig, Replayed, ReplayRecorder, replay
 from experiments.replaying.states import StateOptions, make_from_state
@@ -22,6 +22,7 @@ from experiments.signals import StopRequest
 if TYPE_CHECKING:
     from experiments.logs.log import RecordedLog
     from experiments.relations import Relations
+    from experiments.replaying.whereabouts import Whereabouts
     from experiments.run_folder import RunFolder
 
 
@@ -31,7 +32,7 @@ class Command:
 
     Leaves a folder in runs/ with the recording, the map (map.yaml, map.pgm), trajectory.tum (the
     robot), laser.tum (the laser) and summary.json. Exit status: 0 done, 2 a mistake in the options or
-    the log, 130 or 143 interrupted.
+    the log, 6 with --localize-in if the robot is lost at the end, 130 or 143 interrupted.
     """
 
     log: Annotated[Path, tyro.conf.Positional]
@@ -66,12 +67,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         return CTRL_C
     say(facts(log) + "\npreparing (a first run compiles kernels for some seconds)")
+    whereabouts = whereabouts_in(localizer)
     with StopRequest() as stop:
-        replayed = replay(
-            log, command.replay, recorders_of(command, log, folder), stop, localizer, command.state.save_state
-        )
-        say(write(replayed, relations, folder, command))
-    return INTERRUPTED + stop.signal if stop.signal else 0
+        watchers = recorders_of(command, log, folder) + ([whereabouts] if whereabouts else [])
+        replayed = replay(log, command.replay, watchers, stop, localizer, command.state.save_state)
+        say(write(replayed, relations, whereabouts, folder, command))
+    if stop.signal is not None:
+        return INTERRUPTED + stop.signal
+    return LOST if whereabouts is not None and whereabouts.is_lost else 0
 
 
 def set_up(command: Command) -> tuple[RecordedLog, Relations | None, ReplayLocalizer, RunFolder]:
@@ -119,17 +122,32 @@ def recorders_of(command: Command, log: RecordedLog, folder: RunFolder) -> list[
     return watchers
 
 
-def write(replayed: Replayed, relations: Relations | None, folder: RunFolder, command: Command) -> str:
+def whereabouts_in(localizer: ReplayLocalizer) -> Whereabouts | None:
+    """Whoever follows a robot in a finished map may lose it; whoever makes one does not."""
+    from experiments.replaying.whereabouts import Whereabouts
+    from occmap.localization.map_localizer import MapLocalizer
+
+    return Whereabouts(localizer) if isinstance(localizer, MapLocalizer) else None
+
+
+def write(
+    replayed: Replayed,
+    relations: Relations | None,
+    whereabouts: Whereabouts | None,
+    folder: RunFolder,
+    command: Command,
+) -> str:
     """All files, and the figures that people look at first."""
     from experiments.replaying.results import summarise, write_results
     from experiments.score_trajectory import relations_lines
 
-    summary, score = summarise(replayed, relations, command)
+    summary, score = summarise(replayed, relations, whereabouts, command)
     write_results(replayed, summary, folder)
     ms = summary.scan_ms
     lines = [
         f"{summary.path_length_m:.0f} m driven, {summary.real_time_factor:.0f} x real time; a scan takes "
         f"{ms['p50']:.2f} ms (median), {ms['mean']:.2f} (mean), {ms['max']:.1f} (max)",
+        *([whereabouts.text()] if whereabouts is not None else ()),
         *(relations_lines(score) if score is not None else ()),
         f"results in {folder.path}",
     ]

@@ -20,6 +20,7 @@ from occmap.stopwatch import Stopwatch
 
 if TYPE_CHECKING:
     from experiments.replay import Command
+    from experiments.replaying.whereabouts import Whereabouts
 
 REPORTED_SKIPPED = 100
 """The summary counts all broken lines and names so many."""
@@ -41,6 +42,9 @@ class ReplaySummary:
     path_length_m: float
     relations: dict[str, Any] | None
     """The score against --relations."""
+    localized: dict[str, Any] | None
+    """With --localize-in: the share of scans after which it was known where the robot is, and whether it
+    is lost at the end."""
     scan_ms: dict[str, float]
     """Wall time of an update of the localizer, loop closure included: p50, mean, p99, max."""
     wall_time_by_stage_s: dict[str, float]
@@ -52,7 +56,7 @@ class ReplaySummary:
 
 
 def summarise(
-    replayed: Replayed, relations: Relations | None, command: Command
+    replayed: Replayed, relations: Relations | None, whereabouts: Whereabouts | None, command: Command
 ) -> tuple[ReplaySummary, RelationsScore | None]:
     """The summary, and the score in it."""
     score = None if relations is None else score_relations(replayed.laser, relations)
@@ -69,6 +73,7 @@ def summarise(
         duration_s=duration_s,
         path_length_m=replayed.path_length_m,
         relations=None if score is None else asdict(score),
+        localized=None if whereabouts is None else whereabouts.facts(),
         scan_ms=quantiles_ms(stopwatch),
         wall_time_by_stage_s=stopwatch.totals_s(),
         real_time_factor=duration_s / (stopwatch.total_s("localization") + stopwatch.total_s("settling")),

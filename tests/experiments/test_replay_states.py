@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from experiments.exit_status import LOST
 from experiments.replay import main
 from experiments.tum_file import read_tum
 from occmap.geometry import Pose2
@@ -35,7 +36,11 @@ def replay(folder: Path, log: str, out: str, *options: str) -> int:
 
 
 def sha(folder: Path) -> str:
-    return json.loads((folder / "summary.json").read_text())["map_sha256"]
+    return summary(folder)["map_sha256"]
+
+
+def summary(folder: Path) -> dict:
+    return json.loads((folder / "summary.json").read_text())
 
 
 def test_saved_and_gone_on_from_is_the_map_of_one_run(runs: Path):
@@ -50,19 +55,49 @@ def test_saved_and_gone_on_from_is_the_map_of_one_run(runs: Path):
 def test_the_robot_is_followed_in_a_map_from_a_right_start_a_wrong_one_and_none(
     runs: Path, start: tuple[float, float, float] | None
 ):
-    """The second part was driven where the first one had mapped; the first scan's pose is not (0, 0, 0)."""
+    """The second part was driven where the first one had mapped, but for its end, where it is lost: so does
+    its status say. The first scan's pose is not (0, 0, 0)."""
     options = ["--localize-in", str(runs / "state")]
     if start == (0.0, 0.0, 0.0):
         start = tuple(read_tum(runs / "second" / "trajectory.tum").poses[0].tolist())
     if start is not None:
         options += ["--start", *map(str, start)]
     out = f"localized{0 if start is None else abs(int(start[0] * 1000))}"
-    assert replay(runs, "second", out, *options) == 0
+    assert replay(runs, "second", out, *options) == LOST
     true, found = (read_tum(runs / name / "trajectory.tum").poses for name in ("second", out))
     off_m = np.hypot(*(true - found)[:, :2].T)
     assert np.median(off_m) < 0.05
     assert np.percentile(off_m, 95) < 0.3
     assert sha(runs / out) == sha(runs / "first"), "the map stays what it is"
+    localized = summary(runs / out)["localized"]
+    assert 0.7 < localized["known_share"] < 0.9
+    assert localized["is_lost"]
+
+
+def test_a_robot_that_stays_in_the_map_is_found(runs: Path, capsys):
+    assert replay(runs, "first", "again", "--localize-in", str(runs / "state")) == 0
+    assert "found: " in capsys.readouterr().err
+    localized = summary(runs / "again")["localized"]
+    assert localized["known_share"] > 0.9
+    assert not localized["is_lost"]
+
+
+@pytest.mark.parametrize("start", [[], ["--start", "0", "0", "0"]])
+def test_a_robot_that_is_not_in_the_map_is_said_to_be_lost(runs: Path, start: list[str], capsys):
+    """Beams as long as they please: no place looks like that."""
+    ranges = " ".join(map("{:.2f}".format, np.random.default_rng(0).uniform(1.0, 8.0, 180)))
+    lines = [f"FLASER 180 {ranges} {k / 10} 0 0 {k / 10} 0 0 {k} host {k}\n" for k in range(30)]
+    (runs / "nowhere.clf").write_text("".join(lines))
+    out = f"nowhere{len(start)}"
+    assert replay(runs, "nowhere", out, "--localize-in", str(runs / "state"), *start) == LOST
+    assert "lost: " in capsys.readouterr().err
+    localized = summary(runs / out)["localized"]
+    assert localized["known_share"] < 0.5
+    assert localized["is_lost"]
+
+
+def test_whoever_makes_a_map_is_not_lost(runs: Path):
+    assert summary(runs / "whole")["localized"] is None
 
 
 @pytest.mark.parametrize(
