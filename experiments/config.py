@@ -96,15 +96,8 @@ class ExperimentConfig:
             _ = self.scaled_odometry
         except ValueError as error:
             raise ValueError(f"drift_scale {self.drift_scale} is too much: {error}") from error
-        self._check_plan_resolution()
-
-    def _check_plan_resolution(self) -> None:
-        if self.plan_resolution_m is None:
-            return
-        if not 0.0 < self.plan_resolution_m < math.inf:
+        if self.plan_resolution_m is not None and not 0.0 < self.plan_resolution_m < math.inf:
             raise ValueError(f"plan_resolution_m must be positive, got {self.plan_resolution_m}")
-        if self.plan is None:
-            raise ValueError("plan_resolution_m is the size of a plan's pixels: give the --plan too")
 
     @property
     def building_seed(self) -> int:

@@ -119,6 +119,8 @@ def make_building(config: ExperimentConfig) -> Building:
         from sim.plan_images import load_plan  # reads images: only where there is one
 
         return load_plan(config.plan, streams.generator("start"), config.plan_resolution_m, start)
+    if config.plan_resolution_m is not None:
+        raise ValueError("plan_resolution_m is the size of a plan's pixels: give the --plan too")
     building = generate(config.building, streams.generator("building"))
     return building if start is None else with_start(building, start)
 

@@ -96,6 +96,7 @@ def sweep(asked: Sweep, stop: Callable[[], bool] = lambda: False, work: Work | N
 
     code, total = code_version(), len(asked.axes)
     share = asked.share_of(range(total))
+    read_plans(asked.axes)
     store = Store.create(asked.out)
 
     def jobs() -> Iterator[Job]:
@@ -111,6 +112,15 @@ def sweep(asked: Sweep, stop: Callable[[], bool] = lambda: False, work: Work | N
     if not stop() and keep_recordings(asked, store, jobs, stop):
         gather(store, jobs())
     return store
+
+
+def read_plans(axes: Matrix) -> None:
+    """Each plan once, before a thousand runs find the same mistake in it. ValueError for the first."""
+    from experiments.experiment import make_building
+
+    planned = (config for config in axes.variants if config.plan is not None)
+    for config in {(c.plan, c.plan_resolution_m, c.start): c for c in planned}.values():
+        make_building(config)
 
 
 def gather(store: Store, jobs: Iterator[Job]) -> None:

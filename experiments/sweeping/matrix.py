@@ -84,6 +84,8 @@ class Matrix:
             raise ValueError("nothing to explore: give --kinds or --plans")
         if self.plans and self.sizes:
             raise ValueError("--sizes are of generated buildings: leave them or the --plans out")
+        if not self.plans and self.experiment.plan_resolution_m is not None:
+            raise ValueError("plan_resolution_m is the size of a plan's pixels: give the --plans too")
         given, default = self.experiment, ExperimentConfig()
         for option, axis in AXIS_INSTEAD.items():
             value = functools.reduce(getattr, option.split("."), given)

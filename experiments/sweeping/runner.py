@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from experiments.sweeping.groups import is_good
-from experiments.sweeping.jobs import INTERRUPTED, Job, Result
+from experiments.sweeping.jobs import CRASHED, INTERRUPTED, Job, Result
 from experiments.sweeping.pool import Lane, ProcessLane, Work, results
 from experiments.sweeping.store import Store
 
@@ -54,10 +54,15 @@ class Tally:
     bad: int = 0
     run_s: float = 0.0
     """Of all runs together: building, exploring and scoring."""
+    crashed: int = 0
+    first_crash: str = ""
 
     def add(self, result: Result) -> None:
         """Count a run."""
         self.done += 1
+        if result.row["status"] == CRASHED:
+            self.crashed += 1
+            self.first_crash = self.first_crash or "{name} {seed}: {error}".format_map(result.row)
         self.bad += not is_good(result.row)
         self.run_s += result.row.get("run_s", 0.0)
 
@@ -67,10 +72,11 @@ class Tally:
             return "nothing was left to run"
         wall_s = time.monotonic() - self.begun
         share = self.run_s / (wall_s * workers)
-        return (
+        pace = (
             f"{self.done} runs in {wall_s:.0f} s, {60.0 * self.done / wall_s:.2f} a minute; "
             f"{workers} at a time spent {share:.1%} of their time on runs"
         )
+        return f"{pace}\n{self.crashed} crashed, the first: {self.first_crash}" if self.crashed else pace
 
 
 def run_missing(

@@ -12,11 +12,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import imageio.v3 as imageio
+import numpy as np
 import pytest
 
 from experiments.config import ExperimentConfig
 from experiments.summary import MEASURED
-from experiments.sweep import Sweep, main, sweep
+from experiments.sweep import Sweep, main, parse, sweep
 from experiments.sweeping import table
 from experiments.sweeping.code_version import code_version
 from experiments.sweeping.groups import Naming, group
@@ -194,6 +196,7 @@ def test_two_sweeps_of_one_matrix_agree(tmp_path):
         (["--kinds", "office", "--sizes", "1", "1"], "at least"),
         (["--seed", "3"], "give seeds instead"),
         (["--plans", "nowhere.yaml"], "nowhere.yaml"),
+        (["--plan-resolution-m", "0.05"], "give the --plans too"),
         (["--matrix", "nowhere.toml"], "nowhere.toml"),
         (["--scheduler", "tcp://127.0.0.1:1"], "scheduler"),
     ],
@@ -202,6 +205,32 @@ def test_a_mistake_is_named_before_anything_runs(tmp_path, capsys, monkeypatch, 
     monkeypatch.setattr("experiments.sweeping.cluster.CONNECT_S", 0.5)
     assert complaint in mistake(main, ["--out", str(tmp_path / "sweep"), *options], capsys)
     assert not list(tmp_path.glob("sweep/runs/*/*"))
+
+
+def test_a_mistake_in_a_plan_is_named_before_anything_runs(tmp_path, capsys):
+    for name, text in (("fine", "image: plan.png\nresolution: 0.05\norigin: [0, 0, 0]\n"), ("broken", "{")):
+        (tmp_path / f"{name}.yaml").write_text(text)
+    imageio.imwrite(tmp_path / "plan.png", np.full((40, 40), 255, np.uint8))
+    plans = [str(tmp_path / name) for name in ("fine.yaml", "broken.yaml")]
+    assert "broken.yaml" in mistake(main, ["--out", str(tmp_path / "sweep"), "--plans", *plans], capsys)
+    assert not (tmp_path / "sweep").exists()
+
+
+def test_an_image_is_a_plan_too(tmp_path, capsys):
+    """How large its pixels are is said once for all runs; without that it is a mistake like any other."""
+    imageio.imwrite(tmp_path / "plan.png", np.full((40, 40), 255, np.uint8))
+    options = ["--out", str(tmp_path / "sweep"), "--plans", str(tmp_path / "plan.png"), "--seeds", "0", "2"]
+    assert "how many metres a pixel is wide" in mistake(main, options, capsys)
+    axes = parse([*options, "--plan-resolution-m", "0.05"]).axes
+    rows = rows_of(sweep(Sweep(tmp_path / "sweep", axes=axes), work=quick))
+    assert [(row["name"], row["config"]["plan_resolution_m"]) for row in rows] == 2 * [("plan", 0.05)]
+
+
+def test_the_first_crash_is_told(tmp_path, capsys):
+    sweep(asked(tmp_path, (0, 2), replace(SHORT, start=(-99.0, 0.0, 0.0))))
+    said = capsys.readouterr().err
+    assert "2 crashed, the first: apartment 0: ValueError" in said
+    assert "outside" in said
 
 
 def test_results_of_another_kind_are_not_written_over(tmp_path):
