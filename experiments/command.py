@@ -47,12 +47,32 @@ def parse(arguments: Sequence[str]) -> Command:
     command = tyro.cli(
         Command, prog="python -m experiments.explore", args=list(arguments), default=Command(experiment=said)
     )
+    if command.experiment.plan is not None:
+        is_said_here = file is None or is_given("--plan", arguments)
+        plan = "--plan" if is_said_here else f"the plan that {file} names (--plan None leaves it out)"
+        refuse_with_plans(("--building.kind", "--building.size-m"), arguments, plan)
     if file is not None:
-        for name, before, after in differences(
-            config_file.to_plain(said), config_file.to_plain(command.experiment)
-        ):
-            print(f"{file} says {name} = {before}; the command line wins with {after}", file=sys.stderr)
+        for line in changes(file, said, command.experiment):
+            print(line, file=sys.stderr)
     return command
+
+
+def refuse_with_plans(options: Sequence[str], arguments: Sequence[str], plans: str) -> None:
+    """ValueError if one of these options, which only generated buildings heed, is on the command line."""
+    for option in options:
+        if is_given(option, arguments):
+            raise ValueError(f"{option} is for generated buildings and does not go with {plans}")
+
+
+def changes(file: Path, said: ExperimentConfig, asked: ExperimentConfig) -> Iterator[str]:
+    """What the command line made of a file's config, a line each."""
+    for name, before, after in differences(config_file.to_plain(said), config_file.to_plain(asked)):
+        yield f"{file} says {name} = {before}; the command line wins with {after}"
+
+
+def is_given(option: str, arguments: Sequence[str]) -> bool:
+    """Whether an option is among the arguments, in whatever spelling the command line takes."""
+    return any(argument.partition("=")[0].replace("_", "-") == option for argument in arguments)
 
 
 def file_named(option: str, arguments: Sequence[str]) -> Path | None:

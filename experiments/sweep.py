@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from experiments import config_file
-from experiments.command import file_named
+from experiments.command import file_named, refuse_with_plans
 from experiments.exit_status import CTRL_C, INTERRUPTED, MISTAKE
 from experiments.signals import StopRequest
 from experiments.sweeping.matrix import AXIS_INSTEAD, Matrix, instead
@@ -77,7 +77,10 @@ def parse(arguments: Sequence[str]) -> Sweep:
             raise ValueError(instead(option, axis))
     file = file_named("--matrix", arguments)
     said = Sweep() if file is None else Sweep(axes=_read_matrix(file))
-    return tyro.cli(Sweep, prog="python -m experiments.sweep", args=list(arguments), default=said)
+    asked = tyro.cli(Sweep, prog="python -m experiments.sweep", args=list(arguments), default=said)
+    if asked.axes.plans:
+        refuse_with_plans(("--kinds", "--building.size-m"), arguments, "--plans")
+    return asked
 
 
 def _read_matrix(file: Path) -> Matrix:

@@ -1,5 +1,6 @@
 """The command line, as far as its words go."""
 
+import json
 import re
 import shlex
 from pathlib import Path
@@ -7,6 +8,7 @@ from typing import get_args
 
 import pytest
 
+from experiments import config_file
 from experiments.command import Command, parse
 from experiments.config import ExperimentConfig
 from experiments.experiment import boundary_in_map, make_building
@@ -43,6 +45,31 @@ def test_the_buildings_seed_is_a_child_of_the_seed_and_pinned_in_the_file():
     assert first.building_seed != second.building_seed
     assert first.pinned().building.seed == first.building_seed
     assert first.pinned().pinned() == first.pinned()
+
+
+@pytest.fixture
+def plan_s_config(tmp_path: Path) -> Path:
+    """The config.json of a run of a floor plan."""
+    file = tmp_path / "config.json"
+    config = ExperimentConfig(seed=3, plan=ROOT / "models/plans/flat.xml").pinned()
+    file.write_text(json.dumps(config_file.to_plain(config)))
+    return file
+
+
+@pytest.mark.parametrize(
+    "option", ["--building.kind office", "--building.kind=hall", "--building.size_m 9 9"]
+)
+def test_a_generated_building_is_not_asked_for_beside_a_plan(option: str, plan_s_config: Path, capsys):
+    """Not even the default kind, if somebody says it; a config.json says it always."""
+    name = re.escape(option[:15])
+    with pytest.raises(ValueError, match=f"{name}.* does not go with --plan"):
+        parse(["--plan", "flat.xml", *option.split()])
+    again = ["--config", str(plan_s_config)]
+    with pytest.raises(ValueError, match=f"{name}.* does not go with .*config.json"):
+        parse([*again, *option.split()])
+    assert not capsys.readouterr().err
+    assert parse(again).experiment.plan is not None
+    assert parse([*again, "--plan", "None", *option.split()]).experiment.plan is None
 
 
 def commands_shown():

@@ -108,6 +108,13 @@ def test_options_that_are_axes_of_every_sweep_are_mistakes(options, axis):
         parse(["--kinds", "maze", *options])
 
 
+@pytest.mark.parametrize("option", ["--kinds office", "--building.size-m 9 9"])
+def test_generated_buildings_are_not_asked_for_beside_plans(tmp_path, option):
+    (tmp_path / "house.yaml").write_text("")
+    with pytest.raises(ValueError, match=f"{option.split()[0]} .*does not go with --plans"):
+        parse(["--plans", str(tmp_path / "house.yaml"), *option.split()])
+
+
 def test_what_the_experiment_and_the_axis_agree_on_is_no_mistake():
     mazes = replace(SAME, building=BuildingConfig(kind="maze"))
     assert len(Matrix(kinds=("maze",), seeds=(0, 2), experiment=mazes)) == 2
