@@ -68,6 +68,9 @@ def changes(file: Path, said: ExperimentConfig, asked: ExperimentConfig) -> Iter
     """What the command line made of a file's config, a line each."""
     for name, before, after in differences(config_file.to_plain(said), config_file.to_plain(asked)):
         yield f"{file} says {name} = {before}; the command line wins with {after}"
+    pinned = said.building.seed
+    if said.seed != asked.seed and pinned is not None and pinned == asked.building.seed:
+        yield f"building and start stay those of building.seed {pinned}: give --building.seed for others"
 
 
 def is_given(option: str, arguments: Sequence[str]) -> bool:

@@ -72,6 +72,14 @@ def test_a_generated_building_is_not_asked_for_beside_a_plan(option: str, plan_s
     assert parse([*again, "--plan", "None", *option.split()]).experiment.plan is None
 
 
+def test_a_seed_that_does_not_reach_the_building_says_so(plan_s_config: Path, capsys):
+    again = ["--config", str(plan_s_config)]
+    stays = "building and start stay those of building.seed"
+    for options, is_said in ([], False), (["--seed", "4"], True), (["--seed=4", "--building.seed=4"], False):
+        parse([*again, *options])
+        assert (stays in capsys.readouterr().err) == is_said
+
+
 def commands_shown():
     """What follows `python -m experiments.explore` in README and docs, where it is meant literally."""
     for page in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))):
