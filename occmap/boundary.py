@@ -21,16 +21,36 @@ BAND_M = 0.3
 it."""
 
 
+TOUCHING_M = 1e-9
+"""A side that ends this near to another touches it: one corner may stand on a side, crossing is a mistake."""
+
+
 def polygon(corners: Corners) -> Points:
-    """(n, 2) the corners, counter-clockwise. ValueError if they enclose nothing."""
+    """(n, 2) the corners, counter-clockwise. ValueError if they enclose nothing, or its sides cross."""
     points = np.array(corners, np.float64).reshape(-1, 2)
     if len(points) < 3 or not np.isfinite(points).all():
         raise ValueError(f"a boundary needs at least three corners, finite, got {tuple(corners)}")
+    for side, other in crossings(points):
+        ends = (points[k % len(points)].tolist() for k in (side, side + 1, other, other + 1))
+        raise ValueError(
+            "the boundary's sides {}-{} and {}-{} cross: give its corners in order".format(*ends)
+        )
     (x, y), (next_x, next_y) = points.T, np.roll(points, -1, axis=0).T
     twice_area = float(np.sum(x * next_y - next_x * y))
     if twice_area == 0.0:
         raise ValueError(f"a boundary must enclose an area, got corners on one line: {tuple(corners)}")
     return points if twice_area > 0.0 else points[::-1].copy()
+
+
+def crossings(corners: Points) -> NDArray[np.intp]:
+    """(k, 2) pairs of sides that cross, each known by its first corner. O(n^2)."""
+    along = np.roll(corners, -1, axis=0) - corners
+    offset = corners[None, :] - corners[:, None]  # of each corner from the beginning of each side
+    twice_area = along[:, None, 0] * offset[..., 1] - along[:, None, 1] * offset[..., 0]
+    is_off = np.abs(twice_area) > TOUCHING_M * np.hypot(*along.T)[:, None]
+    on = np.sign(twice_area) * is_off  # on which hand of the side
+    parts = on * np.roll(on, -1, axis=1) < 0.0
+    return np.argwhere(np.triu(parts & parts.T))
 
 
 def are_within(corners: Points, places: Points) -> NDArray[np.bool_]:

@@ -10,6 +10,7 @@ import pytest
 from occmap.boundary import Boundary, are_within, polygon
 from occmap.decision import Reason, Status
 from occmap.explorer import ExplorerConfig
+from occmap.geometry import Pose2
 from occmap.grid import Belief
 from occmap.planner import Planner
 from tests.occmap.explored_worlds import FLAT, exploring
@@ -53,6 +54,16 @@ def test_corners_run_counter_clockwise_whichever_way_they_are_given():
 def test_what_encloses_nothing_is_no_boundary(corners, mistake):
     with pytest.raises(ValueError, match=mistake):
         polygon(corners)
+
+
+def test_sides_that_cross_are_named_and_sides_that_touch_are_none():
+    bow_tie = [(5.0, 9.0), (13.0, 0.0), (13.0, 9.0), (5.0, 2.0)]
+    with pytest.raises(ValueError, match=r"\[5.0, 9.0\]-\[13.0, 0.0\] and \[13.0, 9.0\]-\[5.0, 2.0\] cross"):
+        polygon(bow_tie)
+    with pytest.raises(ValueError, match="cross"):  # its halves are as large as each other
+        polygon([(0.0, 0.0), (9.0, 7.0), (9.0, 0.0), (0.0, 7.0)])
+    touching = Pose2(3.0, 1.0, 0.7).apply(np.array([(0, 0), (4, 0), (4, 4), (2, 0), (0, 4)], float))
+    assert len(polygon([(x, y) for x, y in touching.tolist()])) == 5
 
 
 def test_the_start_must_be_within():
