@@ -166,7 +166,7 @@ def boundary_in_map(config: ExperimentConfig, start: Pose2) -> tuple[tuple[float
     x_m, y_m = start.position
     if not are_within(corners, np.array([[x_m, y_m]]))[0]:
         raise ValueError(
-            f"the boundary must hold the start, ({x_m:.2f}, {y_m:.2f}): give others, or a --start within"
+            f"the boundary must hold the start, ({x_m:z.2f}, {y_m:z.2f}): give others, or a --start within"
         )
     return tuple((x, y) for x, y in start.inverse().apply(corners).tolist())
 

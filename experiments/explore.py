@@ -5,6 +5,7 @@ python -m experiments.explore
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -13,6 +14,7 @@ from typing import TYPE_CHECKING
 from experiments.command import Command, parse
 from experiments.exit_status import CTRL_C, INTERRUPTED, MISTAKE, UNRECORDED
 from experiments.signals import StopRequest
+from experiments.words import counted
 
 if TYPE_CHECKING:
     from experiments.curves import ScoreCurve
@@ -105,8 +107,8 @@ def report(summary: Summary, finished: Run, folder: RunFolder) -> str:
         f"{summary.path_length_m:.0f} m driven in {minutes:.1f} min, "
         f"{summary.real_time_factor:.0f} times faster than real time",
         f"wrong {summary.wrong:.3%}, wall recall {summary.wall_recall:.2%}, "
-        f"wall error {100.0 * summary.wall_error_m['mean']:.1f} cm, "
-        f"{summary.collisions['events']:.0f} collisions",
+        f"{wall_error(summary.wall_error_m['mean'])}, "
+        f"{counted(round(summary.collisions['events']), 'collision')}",
     ]
     if summary.competitive_ratio is not None:
         lines.append(f"{summary.competitive_ratio:.2f} times as far as somebody who knows the building must")
@@ -117,6 +119,11 @@ def report(summary: Summary, finished: Run, folder: RunFolder) -> str:
     lines += [f"error: not written, {failure}" for failure in finished.unrecorded]
     lines.append(f"results in {folder.path}")
     return "\n".join(lines)
+
+
+def wall_error(mean_m: float) -> str:
+    """How far off the map's walls are; nan if it has none."""
+    return "no wall in the map" if math.isnan(mean_m) else f"wall error {100.0 * mean_m:.1f} cm"
 
 
 def say(text: str) -> None:

@@ -6,6 +6,8 @@ import sys
 import time
 from typing import TYPE_CHECKING
 
+from experiments.words import counted
+
 if TYPE_CHECKING:
     from experiments.curves import ScoreCurve
     from experiments.episode import Step
@@ -45,6 +47,6 @@ class ProgressBar:
         explored = 100.0 * self._curve.latest.score.explored
         self._bar.n = explored
         self._bar.set_description_str(
-            f"{explored:5.1f} % explored, {len(step.decision.frontiers)} frontiers left, "
+            f"{explored:5.1f} % explored, {counted(len(step.decision.frontiers), 'frontier')} left, "
             f"{minutes}:{seconds:02d} min simulated, {rate:.0f} x real time"
         )

@@ -18,6 +18,7 @@ from experiments.replaying.localizers import ReplayLocalizer, make_localizer
 from experiments.replaying.runner import ReplayConfig, Replayed, ReplayRecorder, replay
 from experiments.replaying.states import StateOptions, make_from_state
 from experiments.signals import StopRequest
+from experiments.words import counted
 
 if TYPE_CHECKING:
     from experiments.logs.log import RecordedLog
@@ -99,7 +100,7 @@ def set_up(command: Command) -> tuple[RecordedLog, Relations | None, ReplayLocal
 def facts(log: RecordedLog) -> str:
     """What was read, and what could not be."""
     minutes = log.duration_s / 60.0
-    lines = [f"{len(log.observations)} scans of {minutes:.1f} min"]
+    lines = [f"{counted(len(log.observations), 'scan')} of {minutes:.1f} min"]
     if not log.has_odometry:
         lines.append("the log has no odometry: every step is found by its scans alone")
     if log.skipped:

@@ -18,6 +18,7 @@ from experiments.exit_status import MISTAKE
 
 if TYPE_CHECKING:
     from experiments.map_agreement import MapAgreement
+    from occmap.map_server import NavMap
 
 
 @dataclass(frozen=True)
@@ -38,16 +39,24 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Print the scores; the exit status is 2 for a user's mistake."""
     command = tyro.cli(Command, prog="python -m experiments.score_map", args=arguments)
     from experiments.map_agreement import map_agreement
-    from occmap.map_server import load_map
 
     try:
-        agreement = map_agreement(load_map(command.judged), load_map(command.reference))
+        agreement = map_agreement(map_at(command.judged), map_at(command.reference))
     except (OSError, ValueError) as mistake:
         print(f"error: {mistake}", file=sys.stderr)
         return MISTAKE
     for line in report(agreement):
         print(line)
     return 0
+
+
+def map_at(path: Path) -> NavMap:
+    """The map of a YAML. ValueError if it is none, with a hint if it is but the picture."""
+    from occmap.map_server import load_map
+
+    if path.suffix.lower() not in (".yaml", ".yml") and path.with_suffix(".yaml").is_file():
+        raise ValueError(f"{path} does not say where it lies: give the {path.stem}.yaml beside it")
+    return load_map(path)
 
 
 def report(agreement: MapAgreement) -> Iterator[str]:

@@ -136,7 +136,7 @@ class RerunRecorder:
 
     def _log_unknown_left(self, step: Step) -> None:
         for left in step.decision.unknown_left:
-            where = f"({left.in_map[0]:.2f}, {left.in_map[1]:.2f})"
+            where = f"({left.in_map[0]:z.2f}, {left.in_map[1]:z.2f})"
             line = f"left unknown at {where}: {left.size_m:.2f} m, {left.reason.value}, {left.why}"
             self._rec.log("decisions", rr.TextLog(line, level=rr.TextLogLevel.WARN))
 

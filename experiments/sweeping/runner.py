@@ -14,6 +14,7 @@ from experiments.sweeping.groups import is_good
 from experiments.sweeping.jobs import CRASHED, INTERRUPTED, Job, Result
 from experiments.sweeping.pool import Lane, ProcessLane, Work, results
 from experiments.sweeping.store import Store
+from experiments.words import counted
 
 if TYPE_CHECKING:
     from tqdm import tqdm
@@ -73,7 +74,7 @@ class Tally:
         wall_s = time.monotonic() - self.begun
         share = self.run_s / (wall_s * workers)
         pace = (
-            f"{self.done} runs in {wall_s:.0f} s, {60.0 * self.done / wall_s:.2f} a minute; "
+            f"{counted(self.done, 'run')} in {wall_s:.0f} s, {60.0 * self.done / wall_s:.2f} a minute; "
             f"{workers} at a time spent {share:.1%} of their time on runs"
         )
         return f"{pace}\n{self.crashed} crashed, the first: {self.first_crash}" if self.crashed else pace

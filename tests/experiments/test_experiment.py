@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from experiments.config import ExperimentConfig
-from experiments.experiment import prepare
+from experiments.experiment import boundary_in_map, prepare
+from occmap.geometry import Pose2
 from sim.generators import BuildingConfig
 from sim.lidar import LidarConfig
 from sim.robot import RobotConfig
@@ -35,3 +36,9 @@ def test_what_is_outside_of_a_boundary_does_not_count():
     assert 0.0 < part.scorer.explorable_area_m2 <= 16.0 < prepare(whole).scorer.explorable_area_m2
     corners = part.world_from_map.apply(np.array(part.explorer.config.boundary_in_map))
     np.testing.assert_allclose(corners, square, atol=1e-9)
+
+
+def test_a_boundary_without_the_start_is_told_where_that_is():
+    beside = ExperimentConfig(boundary=((1.0, 0.0), (2.0, 0.0), (2.0, 1.0)))
+    with pytest.raises(ValueError, match=r"the start, \(0.00, 3.00\)"):
+        boundary_in_map(beside, Pose2(-0.001, 3.0, 0.0))

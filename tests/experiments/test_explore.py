@@ -1,6 +1,7 @@
 """The main job from the command line to its files."""
 
 import json
+import math
 import os
 import signal
 import subprocess
@@ -16,7 +17,7 @@ import pytest
 import yaml
 from scipy import ndimage
 
-from experiments.explore import main
+from experiments.explore import main, wall_error
 from experiments.recorders.coverage_plot import CoveragePlot
 from experiments.summary import MEASURED, Summary
 from occmap.geometry import Twist2
@@ -49,6 +50,11 @@ def test_the_run_folder_is_complete(folder):
     names = "config.json summary.json map.yaml map.pgm truth.yaml truth.pgm explorable.pgm "
     names += "trajectory.tum truth.tum coverage.png"
     assert sorted(file.name for file in folder.iterdir()) == sorted(names.split())
+
+
+def test_a_map_without_a_wall_has_no_wall_error():
+    assert wall_error(0.0123) == "wall error 1.2 cm"
+    assert wall_error(math.nan) == "no wall in the map"
 
 
 def test_the_summary_keeps_its_contract(folder):

@@ -77,6 +77,13 @@ def test_the_command_prints_what_it_found(tmp_path: Path, capsys: pytest.Capture
     assert "100.00 % of those lie within one cell" in out
 
 
+def test_the_picture_of_a_map_is_taken_for_what_it_is(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    room = drawn(ROOM)
+    path = save_map(tmp_path / "room", room.state, room.resolution_m, room.origin)
+    assert main([str(path), str(tmp_path / "room.pgm")]) == 2
+    assert "give the room.yaml beside it" in capsys.readouterr().err
+
+
 def test_a_missing_map_is_the_user_s_mistake(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     assert main([str(tmp_path / "no.yaml"), str(tmp_path / "no.yaml")]) == 2
     assert "no.yaml" in capsys.readouterr().err
