@@ -1,4 +1,5 @@
 """The robot's mind: mapping, exploring and localising in a building it has never seen.
 
-Knows numpy, scipy and numba; nothing of simulators, recorders or the truth.
+Needs NumPy, SciPy, Numba, QDLDL, and PyYAML for map files; knows nothing of simulators, recorders or the
+truth.
 """

@@ -70,9 +70,11 @@ def beam_ends(bearings, ranges, min_range, max_range, usable_range, company, x, 
 
 @kernel
 def count_hits(points, hit, ix0, iy0, hits, solid):
-    """Count where beams ended: points (1 + n, 2) in window cells as above, which of the n are hits. O(n).
+    """Count in hits (ny, nx) uint8, up to 255, the cells in which beams ended. O(n).
 
-    Returns the flat indices of the cells in which the first or the `solid`-th beam ended.
+    points (1 + n, 2): the sensor and the beams' ends in cells of a window whose cell (0, 0) is grid cell
+    (ix0, iy0); hit (n,): which ends are hits. Returns (k,) flat indices of the cells whose count has just
+    become 1 or `solid`.
     """
     nx = hits.shape[1]
     now_struck = np.empty(hit.shape[0], np.int32)

@@ -89,7 +89,7 @@ def certificate(
     *,
     is_early: bool,
 ) -> Sliced[tuple[UnknownLeft, ...]]:
-    """The same of a map as it is, and of what a search has looked at so far."""
+    """`certify` for the live map: collects what `search` could still visit, and the slits left."""
     frontiers, grid, slits = living_map.find_frontiers(), living_map.grid, []
     unvisited = yield from search.unvisited(frontiers, grid, wave, max_range_m)
     if not is_early:

@@ -32,8 +32,8 @@ class FrontierConfig:
     """Unknown cells beside an occupied one (8-neighbours) do not make a frontier: noise flickers along
     walls, and its specks would be chased for ever."""
     ignore_struck: bool = True
-    """Nor do cells in which beams have ended, and beside them, too: there is a surface, however often it was
-    grazed since. Where several have, there is one in any case."""
+    """A cell in which a beam has ended is a surface if beams have ended in two of its 8 neighbours too:
+    neither frontier nor unknown, whatever grazed it since. With SOLID_HITS beams it is one in any case."""
     max_extent_m: float = 3.0
     """A longer frontier is cut in halves until none is: a goal should be a place, not a hall's whole edge."""
 

@@ -43,7 +43,7 @@ class GoalConfig:
     min_frontier_m: float = 0.2
     """A shorter frontier is a speck: no gap that the body fits through is this narrow."""
     min_far_frontier_m: float = 0.5
-    """One that can only be seen from farther away than any usual look must be this long."""
+    """A frontier that only a look from farther than look_from_m[0] can see must be this long."""
     min_nook_m: float = 0.1
     """When nothing else is left, edges of the unknown along walls get one look if they are this long."""
     worth_way_m: float = 10.0

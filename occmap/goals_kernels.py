@@ -12,8 +12,8 @@ from occmap.kernel import kernel, part
 UNKNOWN = np.uint8(Belief.UNKNOWN)
 OCCUPIED = np.uint8(Belief.OCCUPIED)
 SPECK_CELLS = 1
-"""So much of the unknown may a look leave behind again. More in a row is a wall that beams only graze: a look
-through it shows nothing."""
+"""A look may cross so many unknown cells in a row before the unknown that it is meant for. More is a wall
+that beams have only grazed: a look through it shows nothing."""
 LINE_CELLS = 10
 """So many cells most lines are followed from their end on before they prove to be walled off."""
 MOUTH_CELLS = 3
@@ -78,8 +78,11 @@ def is_walled_off(state, x, y, x0, y0):
 
 @part
 def enters_at(state, x0, y0, x1, y1, most_unknown, most_left_behind):
-    """Whether a line meets nothing occupied, little unknown, and no more in a row that it leaves behind; and
-    the cell x, y where it enters the unknown that it ends in, or the last one.
+    """(is_clear, x, y) of Bresenham's line from (x0, y0) to (x1, y1). O(distance).
+
+    Clear: nothing occupied, at most most_unknown unknown cells, and no run of more than most_left_behind
+    unknown cells that ends before the line does. (x, y): the first cell of the unknown run that the line
+    ends in, else (x1, y1); if not clear, the cell that stopped it.
     """
     dx, dy = abs(x1 - x0), abs(y1 - y0)
     sx = 1 if x0 < x1 else -1

@@ -156,9 +156,8 @@ class OccupancyGrid:
     def grow_to_contain(self, low_m: tuple[float, float], high_m: tuple[float, float]) -> bool:
         """Make room for the box from low_m to high_m (map frame); True if the arrays moved.
 
-        Each side that must move goes out by at least half of the grid's extent, so that the cost
-        of copying is amortised over the area mapped; but by no more than it must and MOST_SLACK_M, so that
-        a large map is not mostly empty.
+        Each side that must move goes out by half of the grid's extent, at most MOST_SLACK_M, or as far as the
+        box requires if that is more: copying is amortised, and a large map is not mostly empty.
         """
         ny, nx = self.shape
         r = self.config.resolution_m

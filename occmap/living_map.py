@@ -120,7 +120,7 @@ class LivingMap:
 
     @property
     def known_m2(self) -> float:
-        """How much of the map is free or occupied, that is, not Belief.UNKNOWN, 0."""
+        """Area of the cells that are free or occupied."""
         return float(self._known_cells) * self.grid.frame.resolution_m**2
 
     def holds(self, place: Pose2) -> bool:

@@ -27,7 +27,8 @@ class LookedAt:
     """Remembers looks that were had, until the map around them changes; and what far ones showed of late.
 
     On maps of real buildings the last edges of the unknown are cells that most beams miss: seen from one
-    place, undecided again from the next. Who drives to each of them whenever it is there drives for ever.
+    place, undecided again from the next. A robot that drives to each of them whenever it appears never
+    ends.
     """
 
     def __init__(self) -> None:

@@ -56,7 +56,10 @@ class Mapper:
         self._model_on: tuple[OccupancyGrid, Any] | None = None
 
     def insert(self, scan: Scan, map_from_lidar: Pose2, grid: OccupancyGrid) -> GridChange:
-        """Spend one scan taken at this pose. The grid grows first, no farther than the beams reach."""
+        """Spend one scan taken at this pose.
+
+        The grid first grows to hold all of its beams (see OccupancyGrid.grow_to_contain).
+        """
         points, hit, low_m, high_m = self._beams_in_map(scan, map_from_lidar, grid.config.resolution_m)
         grew = grid.grow_to_contain(low_m, high_m)
         (ix0, iy0), (ix1, iy1) = grid.frame.cell_at(*low_m), grid.frame.cell_at(*high_m)

@@ -11,7 +11,7 @@ Sliced = Generator[int, None, T]
 """A computation that yields what each piece of it has cost, in cells that a flood takes: about 50 ns."""
 
 TURN_CELLS = 500_000
-"""So much is computed while the robot waits: some 25 ms, and the piece that this is exceeded by."""
+"""A turn ends after the piece that reaches this: some 25 ms, plus that piece."""
 
 
 def finish(sliced: Sliced[T]) -> T:

@@ -66,7 +66,7 @@ class Stop:
     lookout: tuple[int, int] | None
     """The cell (ix, iy) from which the first of the members are seen; None if there is no room for one."""
     in_sight: int
-    """How many they are."""
+    """How many of `members`, the first ones, the lookout sees."""
 
 
 class Tour:

@@ -77,8 +77,11 @@ class SlamLocalizer:
         return self._tell(seen, scan, tracked)
 
     def odometry_goes_on(self, seen: Observation, reach_m: float, reach_rad: float) -> bool:
-        """Whether this may be the odometry heard last: its pose is no farther off than the robot can be, and
-        its clock is not set back. Stamps in order are not asked for: those of some logs err by a second."""
+        """Whether this odometry continues that of the last observation.
+
+        Its pose must lie within reach_m and reach_rad of that one's, its stamp be earlier by no more than
+        pause_s: stamps of some logs err by a second.
+        """
         last = self.motion.last
         if last is None or seen.time_s < last.time_s - self.config.motion.pause_s:
             return False
@@ -135,7 +138,11 @@ class SlamLocalizer:
             self.told.add_submap(submap.previous_from_submap, self.graph.pose(k))
 
     def _think(self, was_settled: bool = True) -> None:
-        """A turn's part of all that may take longer than a turn; was_settled: the graph, as that began."""
+        """One slice of loop closing and optimisation.
+
+        was_settled: whether the graph had converged before this update. Corrected poses are handed to
+        `told` when it has just converged, or when a correction is pending and affordable.
+        """
         if self.loops.step():
             self._settled = False
         was_settled = was_settled and self._settled  # a new submap may have settled or unsettled it

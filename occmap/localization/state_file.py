@@ -71,7 +71,10 @@ class _Writer(pickle.Pickler):
 
 
 class _Reader(pickle.Unpickler):
-    """Knows classes where they are defined. A dotted name or an import would lead on to any module's."""
+    """Loads a class only from the module that defines it.
+
+    A dotted name, or one that a module merely imported, could reach any object in Python.
+    """
 
     def find_class(self, module_name: str, global_name: str, /) -> Any:
         if (module_name, global_name) in KNOWN:

@@ -1,4 +1,4 @@
-"""Kernel of the loop check: points that a scan has met, and points that it looked straight through."""
+"""Kernel of views: points that a scan has met, and points that it looked straight through."""
 
 from __future__ import annotations
 
