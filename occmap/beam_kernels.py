@@ -40,7 +40,7 @@ def is_lone(bearings, ranges, min_range, max_range, k, company):
 
 @kernel
 def beam_ends(bearings, ranges, min_range, max_range, usable_range, company, x, y, yaw):
-    """Where the beams that say something start and end, in metres in the map frame. O(n).
+    """The places where the beams that say something start and end, in metres in the map frame. O(n).
 
     Beams are spent as far as usable_range; those that met nothing only in company (see is_lone).
 

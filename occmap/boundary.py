@@ -78,7 +78,7 @@ class Boundary:
     def split(
         self, frontiers: Iterable[Frontier], grid: OccupancyGrid
     ) -> tuple[list[Frontier], list[Frontier]]:
-        """What of the frontiers lies within, and what beyond; one that the boundary cuts is found in both."""
+        """The frontiers within, and those beyond; one that the boundary cuts is found, in part, in both."""
         within: list[Frontier] = []
         beyond: list[Frontier] = []
         for frontier in frontiers:

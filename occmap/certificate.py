@@ -118,16 +118,16 @@ class Reasons:
         self._own_regions = np.unique(self._regions[self._reached])
 
     def size_m(self, frontier: Frontier) -> float:
-        """Its length."""
+        """Length of a frontier."""
         return frontier.size * self._grid.frame.resolution_m
 
     def is_sealed(self, frontier: Frontier) -> bool:
-        """Whether no free cells lead to it."""
+        """Whether no free cells lead to a frontier."""
         ix, iy = frontier.cells.T
         return not np.isin(self._regions[iy, ix], self._own_regions).any()
 
     def out_of_sight(self, frontier: Frontier) -> tuple[Reason, str]:
-        """Of one that cannot be looked into, or that was, in vain.
+        """The reason for one that cannot be looked into, or that was, in vain.
 
         Where the body cannot come up to it, a gap too narrow for it is what is wrong, however short the
         part of it in sight is, and however often the robot has looked in from a distance.
@@ -143,7 +143,7 @@ class Reasons:
         return failed[-1].reason, f"{len(failed)} tries: {failed[-1].why}"
 
     def not_worth_the_way(self, frontier: Frontier, what: str) -> tuple[Reason, str]:
-        """Of one that could be looked into, near by or from afar; `what` is said of its length."""
+        """The reason for one that could be looked into, from near or afar; `what` is said of its length."""
         size_m = self.size_m(frontier)
         what = what.format(size_m)
         away_m = _distance_m(frontier, self._grid, self._reached)
@@ -167,7 +167,7 @@ def _only_glimpsed(grid: OccupancyGrid) -> Sliced[list[UnknownLeft]]:
 
 
 def _distance_m(frontier: Frontier, grid: OccupancyGrid, reached: NDArray[np.bool_]) -> float:
-    """From a frontier to where the body can be; inf beyond FAR_M."""
+    """Metres from a frontier to where the body can be; inf beyond FAR_M."""
     reach = round(FAR_M / grid.frame.resolution_m)
     low = np.maximum(frontier.cells.min(axis=0) - reach, 0)
     high = frontier.cells.max(axis=0) + reach + 1

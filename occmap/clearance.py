@@ -26,7 +26,7 @@ class ClearanceConfig:
             raise ValueError(f"truncate_m must be positive, got {self.truncate_m}")
 
     def reaching(self, least_m: float) -> ClearanceConfig:
-        """The same, or as far as a large body asks."""
+        """This config, or one that reaches as far as a large body asks."""
         return self if least_m <= self.truncate_m else replace(self, truncate_m=least_m)
 
 

@@ -46,7 +46,7 @@ def way_out(
 def _pieces_around(
     terrain: Terrain, centre: tuple[int, int], cells: NDArray[np.int32], radius_m: float
 ) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
-    """For each of some flat cells: which 4-connected piece of open ground it is on (0 none), and its size.
+    """Which 4-connected piece of open ground each of some flat cells is on (0 none), and how large that is.
 
     Pieces are measured within three times the radius: far enough to tell an island from a room.
     """

@@ -169,7 +169,7 @@ class Follower:
         return off_m
 
     def _has_arrived(self, path: Path, map_from_robot: Pose2) -> bool:
-        """At the end both along the path and as the crow flies."""
+        """Whether the robot is at the end, both along the path and as the crow flies."""
         x, y = path.goal
         away_m = math.hypot(x - map_from_robot.x_m, y - map_from_robot.y_m)
         near_m = self.config.arrive_within_m
@@ -199,7 +199,7 @@ class Follower:
         return self._evade(twist, bearing)
 
     def _speed_limit_mps(self, path: Path, curvature: float, is_backward: bool) -> float:
-        """What the way, the arc to the aim and the path's end allow."""
+        """Highest speed that the way, the arc to the aim and the path's end allow."""
         c = self.config
         remaining_m = max(path.length_m - self._now.progress_m, 0.01)
         return min(
@@ -242,6 +242,6 @@ class Follower:
         return Twist2(0.0, math.copysign(rate, error))
 
     def _is_free(self, twist: Twist2, command: Twist2) -> bool:
-        """Looks a second ahead at most: three commands and braking, or at slow speed some 0.1 m."""
+        """Whether a command is safe: for three of them and braking, or slowly for 0.1 m; a second at most."""
         hold_s = min(max(0.1 / max(abs(command.linear_mps), 0.1), 3.0 * self.body.period_s), 1.0)
         return self.surroundings.is_free(twist, command, hold_s)

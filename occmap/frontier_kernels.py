@@ -128,7 +128,7 @@ def update_mask(flat_cells, struck, state, hits, mask, ignore_rim, ignore_struck
 
 @kernel
 def flood(mask, first, last, queue, old, new):
-    """Breadth first from the cells queue[first:last] (already marked), through 8-neighbours marked `old`.
+    """Flood breadth first from cells queue[first:last] (already marked) through 8-neighbours marked `old`.
 
     Each takes the mark of the cell that reached it if `new` is 0, else `new`. Returns the end of the
     queue, whose last cell is one of the farthest. O(cells reached).

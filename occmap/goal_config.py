@@ -78,16 +78,16 @@ class GoalConfig:
             )
 
     def least_frontier_m(self, resolution_m: float) -> float:
-        """What is shorter is a speck; so are up to three coarse cells, such as the corners of walls make."""
+        """Least length that is no speck; three coarse cells, such as the corners of walls make, are one."""
         return max(self.min_frontier_m, min(4.0 * resolution_m, SPECK_M))
 
     def least_nook_m(self, resolution_m: float) -> float:
-        """The same for edges along walls."""
+        """Least length that is no speck, for edges along walls."""
         cells = 2.0 if resolution_m < COARSE_M else 3.0  # walls askew cut the corners of coarse cells
         return max(self.min_nook_m, min(cells * resolution_m, SPECK_M))
 
     def least_far_nook_m2(self, resolution_m: float) -> float:
-        """What a nook far off must promise: a mouth counted in cells that the body might fit through, a metre
-        deep. Anything, if worth_nook_m2 is 0.
+        """Area that a nook far off must promise: a mouth counted in cells that the body might fit through, a
+        metre deep. Anything, if worth_nook_m2 is 0.
         """
         return max(self.worth_nook_m2, SPECK_M + resolution_m) if self.worth_nook_m2 else 0.0

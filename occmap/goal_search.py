@@ -145,7 +145,7 @@ class GoalSearch:
     def unvisited(
         self, frontiers: Sequence[Frontier], grid: OccupancyGrid, wave: Wavefront, max_range_m: float
     ) -> Sliced[list[Frontier]]:
-        """Those that could still be looked into, worth it or not, given a flood of all in reach."""
+        """The frontiers that could still be looked into, worth it or not, given a flood of all in reach."""
         views, found = self._views, []
         for frontier, failed in views.worth_a_look(frontiers, grid):
             has_place = views.has_place(frontier, failed, grid, wave)

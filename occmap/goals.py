@@ -57,7 +57,7 @@ class Goal:
     """Its frontier runs along walls: what the frontier map leaves out as a rim."""
 
     def distance_m(self, other: Goal) -> float:
-        """Between the centroids of the two frontiers."""
+        """Metres between the centroids of the two frontiers."""
         (x, y), (other_x, other_y) = self.frontier.centroid_in_map, other.frontier.centroid_in_map
         return math.hypot(x - other_x, y - other_y)
 
@@ -94,7 +94,7 @@ class GoalChooser:
         self._looked_at_cells = 0
 
     def spent(self) -> int:
-        """What seeking viewpoints has cost since this was asked last: see slices.Sliced."""
+        """Cost of seeking viewpoints since this was asked last: see slices.Sliced."""
         cells, self._looked_at_cells = self._looked_at_cells, 0
         return cells // CHEAPER
 
@@ -129,12 +129,12 @@ class GoalChooser:
         return self._kernels.unknown_beyond(grid.state, frontier.cells, TARGETS, deepest)
 
     def looks_at(self, frontier: Frontier, grid: OccupancyGrid) -> tuple[tuple[float, float], ...]:
-        """(from_m, into_m), the widest first. The short must open onto something: walls' dents do not."""
+        """Looks (from_m, into_m), the widest first. What is short must open onto something: dents do not."""
         is_long = frontier.size * grid.frame.resolution_m >= LONG_M
         return self._looks if is_long else self._short_looks
 
     def sight_of(self, frontier: Frontier, grid: OccupancyGrid, failed: int) -> Sight:
-        """What a look at a frontier is to see, after so many that failed."""
+        """The sight that a look at a frontier is to have, after so many that failed."""
         from_m, into_m = self.looks_at(frontier, grid)[failed]
         reach_cells = max(1, int((from_m + into_m) / grid.frame.resolution_m))
         return Sight(frontier, self._targets(frontier, grid, into_m), reach_cells)
@@ -200,7 +200,7 @@ class GoalChooser:
         return self._kernels.expected_gain_cells(grid.state, ix, iy, reach, 96) * r * r
 
     def affordable_m(self, best: Goal | None) -> float:
-        """What a goal may cost at most to be worth comparing with the best so far."""
+        """The most that a goal may cost to be worth comparing with the best so far."""
         if best is None or not is_by_cost_alone(self.config.strategy):
             return math.inf
         return best.cost_m + self.config.hysteresis_m
@@ -213,7 +213,7 @@ class GoalChooser:
         return worth(self.config.strategy, gain_m2, cost_m, self.config.lambda_m_per_m2)
 
     def is_gone(self, goal: Goal, grid: OccupancyGrid, frontier_mask: np.ndarray) -> bool:
-        """True once next to nothing of the goal's frontier is left within 0.3 m of where it was."""
+        """Whether next to nothing of the goal's frontier is left within 0.3 m of where it was."""
         cells = grid.frame.cell_from_map(np.concatenate((goal.watched_in_map, *goal.also_watched_in_map)))
         if goal.is_nook:
             return self._kernels.share_beside_unknown(grid.state, cells) < GONE_SHARE
@@ -221,7 +221,7 @@ class GoalChooser:
         return self._kernels.share_with_neighbour(frontier_mask, cells, radius) < GONE_SHARE
 
     def successor(self, goal: Goal, goals: Sequence[Goal]) -> Goal | None:
-        """What has become of a goal since: the nearest among the new ones, if it is near."""
+        """The goal that another has become since: the nearest among the new ones, if it is near."""
         nearest = min(goals, key=goal.distance_m, default=None)
         return nearest if nearest is not None and goal.distance_m(nearest) < SAME_GOAL_M else None
 

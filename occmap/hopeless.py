@@ -10,7 +10,7 @@ from occmap.memory import has_changed_around, known_around
 
 
 class Hopeless:
-    """Remembers them until something touches them, or the map around them has changed.
+    """Remembers hopeless frontiers until something touches them, or the map around them has changed.
 
     A tour through such frontiers would order what can be seen by what cannot.
     """

@@ -18,7 +18,7 @@ SHOWN_M2 = 0.2
 
 @dataclass(frozen=True, slots=True)
 class HadLook(Look):
-    """One that was had, in vain or not."""
+    """A look that was had, in vain or not."""
 
     is_nook: bool
 

@@ -81,7 +81,7 @@ def load_map(yaml_path: str | Path, read_image: ImageReader = read_pgm) -> NavMa
 def states_from_brightness(
     brightness: NDArray[np.float64], *, mode: str, negate: bool, occupied_above: float, free_below: float
 ) -> NDArray[np.uint8]:
-    """What pixels (0 black to 1 white) mean, with the rules of nav2_map_server; undecided is unknown."""
+    """States of pixels (0 black to 1 white), with the rules of nav2_map_server; undecided is unknown."""
     occupancy = brightness if negate else 1.0 - brightness
     if mode == "raw":  # the pixel's value is a percentage; above 100 it says nothing
         percent = np.rint(255.0 * brightness)
@@ -130,7 +130,7 @@ def _number(path: Path, fields: dict[str, Any], name: str, default: float | None
 
 
 def _is_set(path: Path, fields: dict[str, Any], name: str) -> bool:
-    """A flag that is usually 0 or 1; Nav2 takes true and false, too."""
+    """Whether a flag is set: usually 0 or 1, but Nav2 takes true and false, too."""
     value = fields.get(name, False)
     return value if isinstance(value, bool) else bool(_number(path, fields, name))
 

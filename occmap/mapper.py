@@ -35,7 +35,7 @@ class GridChange:
 
     @property
     def learnt_cells(self) -> int:
-        """By how many cells more is known than before."""
+        """Number of cells by which more is known than before."""
         was_known = np.count_nonzero(self.was)
         return int(np.count_nonzero(self.state.ravel()[self.flat_cells])) - int(was_known)
 

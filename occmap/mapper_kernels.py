@@ -53,7 +53,7 @@ def believed(value, model):
 
 @part
 def spend_hits(window, patch, hits, log_odds, state, model, flips, was):
-    """Hit cells: first the misses counted there, then the hits: rays grazing a wall must not erase it.
+    """Spend the misses counted in hit cells, then the hits: rays grazing a wall must not erase it.
 
     Clears those cells of the window. Returns the number of cells whose state changed. O(hits).
     """

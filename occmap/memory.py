@@ -41,7 +41,7 @@ class Look:
 
 @dataclass(frozen=True, slots=True)
 class FailedLook(Look):
-    """One that was looked at, or driven to, in vain."""
+    """A look that was had, or driven to, in vain."""
 
     reason: Reason
     why: str
@@ -71,7 +71,7 @@ class FailedLooks:
 
 
 def still_there(looks: Sequence[L], frontier: Frontier, within_m: float, grid: OccupancyGrid) -> list[L]:
-    """Of some looks those that were had where a frontier lies and still count, in their order. O(looks)."""
+    """Those looks that were had where a frontier lies and still count, in their order. O(looks)."""
     near = [look for look in looks if math.dist(look.centroid_in_map, frontier.centroid_in_map) < within_m]
     if not near:
         return []
@@ -85,7 +85,7 @@ def still_there(looks: Sequence[L], frontier: Frontier, within_m: float, grid: O
 
 
 def looked_at(watched: Points, grid: OccupancyGrid) -> tuple[tuple[float, float], tuple[float, float], int]:
-    """A Look's own fields, of the places (n, 2) that stand for its frontier."""
+    """Fields of a Look, from the places (n, 2) that stand for its frontier."""
     x_m, y_m = watched.mean(axis=0).tolist()
     place = nearest(watched, (x_m, y_m))
     return place, (x_m, y_m), known_around(place, grid)
@@ -112,7 +112,7 @@ def are_joined(a: tuple[float, float], b: tuple[float, float], grid: OccupancyGr
 
 
 def nearest(places: Points, to: tuple[float, float]) -> tuple[float, float]:
-    """The one of (n, 2) places that is nearest to another."""
+    """The nearest of some places (n, 2) to another."""
     x_m, y_m = places[np.argmin(((places - to) ** 2).sum(axis=1))].tolist()
     return x_m, y_m
 

@@ -49,7 +49,7 @@ class Mobility:
         return Twist2(moved.x_m / dt_s, moved.yaw_rad / dt_s)
 
     def manoeuvre(self, seen: Observation, map_clearance: MapClearance) -> Twist2 | None:
-        """What frees the robot; None if it is not stuck, or if all has been tried."""
+        """The twist that may free the robot; None if it is not stuck, or if all has been tried."""
         twist = self.recovery.twist(seen, map_clearance)
         if twist is not None or not self._is_stuck(seen):
             return twist

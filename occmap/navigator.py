@@ -44,7 +44,7 @@ class Navigator:
 
     @property
     def goal(self) -> Goal | None:
-        """The one that is pursued."""
+        """The goal that is pursued."""
         return self.pursuit.goal if self.pursuit is not None else None
 
     @property
@@ -57,7 +57,7 @@ class Navigator:
 
     @property
     def way_left_m(self) -> float:
-        """Of the path to the goal pursued; 0 if there is none that still leads there."""
+        """Metres left of the path to the goal pursued; 0 if there is none that still leads there."""
         pursuit = self.pursuit
         holds = pursuit is not None and pursuit.leads_to(pursuit.goal) and not self.is_blocked
         return pursuit.way_left_m if pursuit is not None and holds else 0.0
@@ -79,9 +79,9 @@ class Navigator:
         self._setbacks.learning.note(self._map.known_m2, pursuit.path.length_m, now_s)
 
     def drive(self, here: Pose2, twist: Twist2, seen: Observation) -> Twist2:
-        """On along the path, or look if there; the goal is given up if that leads nowhere.
+        """The twist that follows the path, or looks around at its end.
 
-        twist: the robot's own, as measured. Only while a goal is pursued.
+        A goal that leads nowhere is given up. Only while one is pursued. twist: the robot's own, as measured.
         """
         pursuit, living = self.pursuit, self._map
         assert pursuit is not None, "nowhere to drive to"
@@ -95,14 +95,14 @@ class Navigator:
         return commanded
 
     def drop_what_is_gone(self) -> None:
-        """A goal whose frontier is no more has been looked at, near or far."""
+        """Count a goal whose frontier is no more as looked at, near or far."""
         goal, living = self.goal, self._map
         if goal is not None and self._search.chooser.is_gone(goal, living.grid, living.frontier_mask):
             self._search.looked_at.note(goal, living.grid)
             self.pursuit = None
 
     def give_up(self, failure: Failure, now_s: float) -> None:
-        """The goal of the moment, if there is one, has been pursued in vain."""
+        """Give up the goal of the moment, if there is one, as pursued in vain."""
         if self.pursuit is not None:
             self._note(self._setbacks.give_up(self.pursuit, failure, self._map.grid, now_s))
         self.pursuit = None
@@ -112,7 +112,7 @@ class Navigator:
         self.pursuit = None
 
     def _plan(self, goal: Goal, wave: Wavefront, now_s: float) -> Pursuit:
-        """Another path, and if the goal is another one, another pursuit altogether."""
+        """Plan a path, and begin another pursuit if the goal is another one."""
         grid, left = self._map.grid, self.pursuit
         path = wave.path_to(grid.frame.cell_at(*goal.viewpoint_in_map))
         assert path is not None, "a viewpoint is a cell that the flood has reached"

@@ -32,7 +32,7 @@ BESIDE_M = 0.5
 
 
 class Nooks:
-    """Finds them, and where to look into them from; not those that were looked into in vain."""
+    """Finds nooks, and where to look into them from; not those that were looked into in vain."""
 
     def __init__(
         self, chooser: GoalChooser, looks: FailedLooks, looked_at: LookedAt, boundary: Boundary | None
@@ -117,7 +117,7 @@ class Nooks:
         return None if goal is None else replace(goal, is_nook=True, gain_m2=width_m * GAP_DEPTH_M)
 
     def _least_m(self, grid: OccupancyGrid) -> float:
-        """A shorter edge along walls is no mouth of a nook."""
+        """Least length of an edge along walls that is the mouth of a nook."""
         return self._chooser.config.least_nook_m(grid.frame.resolution_m)
 
     def _is_crack(self, edge: Frontier, grid: OccupancyGrid) -> bool:

@@ -66,7 +66,7 @@ class PlannerConfig(NeverNegative):
             )
 
     def limits(self, body_radius_m: float, resolution_m: float) -> ClearanceLimits:
-        """The same as clearances of a body's axis on a grid.
+        """These margins as clearances of a body's axis on a grid.
 
         A gap 2 * (body + tight_margin) wide may lose on either side the cell that its wall's surface
         enters and the blur; its middle may lie half a cell from the nearest cell's centre. What is
@@ -238,7 +238,7 @@ class WideningFlood:
         self._bound_m = 0.0
 
     def __call__(self, within_m: float) -> Sliced[Wavefront]:
-        """All that costs at most so many metres, ring by ring; the wave before it is void."""
+        """Flood all that costs at most so many metres, ring by ring; the wave before it is void."""
         while self._wave is None or (self._bound_m < within_m and not self._wave.is_exhausted):
             before = 0 if self._wave is None else self._wave.n_reached
             self._bound_m = min(within_m, self._bound_m + RING_M)

@@ -25,7 +25,7 @@ STEP_Y = (0, 1, 0, -1, 1, 1, -1, -1)
 
 @part
 def price(cell, state, clearance_m, entry_cost, bins):
-    """What entering a cell costs, 0 if the body does not go there. 0.02 guards against rounding down."""
+    """Cost of entering a cell, 0 if the body does not go there. 0.02 guards against rounding down."""
     column = min(int(clearance_m[cell] * BINS_PER_M + 0.02), bins - 1)
     return entry_cost[state[cell] * bins + column]
 

@@ -129,7 +129,7 @@ class Pursuit:
         return Twist2(0.0, self.config.look_turn_radps) if steering.arrived else steering.twist
 
     def failure(self, here: Pose2, now_s: float) -> Failure | None:
-        """What is wrong, if the goal should be given up."""
+        """The failure, if the goal should be given up."""
         c, (x, y) = self.config, here.position
         if self._arrived_s is not None:
             if now_s - self._arrived_s >= c.look_s:
@@ -142,7 +142,7 @@ class Pursuit:
 
     @property
     def _obstacle(self) -> Reason:
-        """What holds the robot up: a gap that only looked passable on the grid, or something else."""
+        """Why the robot is held up: a gap that only looked passable on the grid, or something else."""
         return Reason.TOO_NARROW if self.is_tight else Reason.UNSAFE
 
 
@@ -192,7 +192,7 @@ class Learning:
         return _recurs(pursuit.goal.frontier.centroid_in_map, self._barred, self.config.gaps_tried)
 
     def failure(self, now_s: float) -> Failure | None:
-        """What is wrong, if it has been too long."""
+        """The failure, if nothing was learnt for too long."""
         fruitless_s = now_s - self._since_s
         if fruitless_s <= self.config.fruitless_s + self._longest_m / self._slowest_mps:
             return None

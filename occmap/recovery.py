@@ -82,7 +82,7 @@ class Recovery:
         return None
 
     def forgive(self) -> None:
-        """The robot moves again: what it took is forgotten."""
+        """Forget how many attempts it took: the robot moves again."""
         self.attempts = 0
 
     def _has_room(self, seen: Observation, speed_mps: float, map_clearance: MapClearance) -> bool:

@@ -33,7 +33,7 @@ class SearchRequest:
 
     @staticmethod
     def flood(terrain: Terrain, targets: Cells | None, want: int | None, within_m: float) -> SearchRequest:
-        """In all directions: buckets as wide as the cheapest step expand every cell once."""
+        """A request to flood all around: buckets as wide as the cheapest step expand every cell once."""
         flat = np.empty(0, np.int64) if targets is None else flat_inside(targets, terrain.shape)
         if want is None:
             want = len(flat) if targets is not None else NO_LIMIT
@@ -42,7 +42,7 @@ class SearchRequest:
 
     @staticmethod
     def towards(terrain: Terrain, goals: Cells) -> SearchRequest:
-        """To the cheapest of some goals (n, 2): finer buckets expand fewer cells twice."""
+        """A request for A* to the cheapest of some goals (n, 2): finer buckets expand fewer cells twice."""
         low, high = goals.min(axis=0), goals.max(axis=0)
         box = (int(low[0]), int(low[1]), int(high[0]), int(high[1]))
         return SearchRequest(box, 7, flat_inside(goals, terrain.shape), 1, NO_LIMIT)
@@ -130,7 +130,7 @@ class SearchMemory:
 
 
 def _ring_size(dearest: int, bucket_bits: int) -> int:
-    """Buckets, a power of two, so that the dearest diagonal step away from the goal does not come round."""
+    """Number of buckets, a power of two: the dearest diagonal step away from the goal must not come round."""
     from occmap.planner_kernels import DIAGONAL, STRAIGHT
 
     widest = dearest * DIAGONAL // STRAIGHT + DIAGONAL

@@ -15,7 +15,7 @@ TURN_CELLS = 500_000
 
 
 def finish(sliced: Sliced[T]) -> T:
-    """All of it at once: what it returns."""
+    """Compute all of it at once; returns what it returns."""
     while True:
         try:
             next(sliced)

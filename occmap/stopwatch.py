@@ -39,9 +39,9 @@ class Stopwatch:
             self.laps_s[stage].append(seconds)
 
     def total_s(self, stage: str) -> float:
-        """All laps of a stage together; 0 if it never ran."""
+        """Seconds of all laps of a stage together; 0 if it never ran."""
         return sum(self.laps_s.get(stage, ()))
 
     def totals_s(self) -> dict[str, float]:
-        """The same for every stage."""
+        """Seconds of all laps together, stage by stage."""
         return {stage: sum(laps) for stage, laps in self.laps_s.items()}

@@ -23,7 +23,7 @@ def utility(gain_m2: float, cost_m: float, lambda_m_per_m2: float) -> float:
 
 
 def gain_per_cost(gain_m2: float, cost_m: float) -> float:
-    """What a look shows for each metre of the way there."""
+    """Area that a look shows for each metre of the way there."""
     return gain_m2 / max(cost_m, NEAREST_M)
 
 
@@ -40,7 +40,7 @@ def is_by_cost_alone(strategy: Strategy) -> bool:
 
 
 def worth(strategy: Strategy, gain_m2: float, cost_m: float, lambda_m_per_m2: float) -> float:
-    """What decides between goals: the more, the better. In metres, but for the last two."""
+    """The number that decides between goals: the more, the better. In metres, but for the last two."""
     if is_by_cost_alone(strategy):
         return -cost_m
     if strategy == "utility":

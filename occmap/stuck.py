@@ -100,7 +100,7 @@ class StuckDetector:
         )
 
     def _stood_still(self, odom_from_robot: Pose2) -> bool:
-        """All the window's poses are where the robot is now; the oldest, which differs most, comes first."""
+        """Whether all the window's poses are where the robot is now; the oldest, most different, first."""
         return all(self._is_same_place(m.odom_from_robot, odom_from_robot) for m in self._moments)
 
     def _is_same_place(self, a: Pose2, b: Pose2) -> bool:
@@ -110,7 +110,7 @@ class StuckDetector:
         )
 
     def _view_stayed(self, before: Scan, seen: Observation, moved: Pose2) -> bool:
-        """The view is the same, though a motion as odometry has it would have changed it: the wheels slip."""
+        """Whether the wheels slip: the view is the same, though odometry's motion would have changed it."""
         now = seen.scan
         if len(before.ranges_m) != len(now.ranges_m) or len(now.ranges_m) < FEWEST_BEAMS:
             return False
@@ -129,7 +129,7 @@ class StuckDetector:
 
 
 def _is_a_jump(moved: Pose2, commanded_m: float, commanded_rad: float) -> bool:
-    """Odometry that has moved far more than was commanded was set anew: it says nothing about the wheels."""
+    """Whether odometry moved far more than was commanded: set anew, it says nothing about the wheels."""
     far = math.hypot(moved.x_m, moved.y_m) > 2.0 * commanded_m + 0.2
     return far or abs(moved.yaw_rad) > 2.0 * commanded_rad + 0.4
 

@@ -59,7 +59,7 @@ class Surroundings:
 
     @property
     def can_stop_from_mps(self) -> float:
-        """At this speed the base comes to a stop within what is looked at, just."""
+        """Speed from which the base comes to a stop within what is looked at, just."""
         return math.sqrt(2.0 * self.base.acceleration_mps2 * max(self.config.reach_m - self.base.safe_m, 0.0))
 
     def look(

@@ -81,7 +81,7 @@ def keep_believed(
 
 @kernel
 def least_distance(x, y, hits):
-    """From a point to the nearest hit, inf if there is none. O(hits)."""
+    """Distance from a point to the nearest hit, inf if there is none. O(hits)."""
     least = np.inf
     for k in range(len(hits)):
         dx, dy = hits[k, 0] - x, hits[k, 1] - y

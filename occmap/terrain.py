@@ -19,7 +19,10 @@ ESCAPE_ROOM_M = 0.2
 
 @dataclass(frozen=True)
 class ClearanceLimits:
-    """From which clearance on (metres from a cell's centre to the nearest occupied cell) a path is what."""
+    """Clearances that tell comfortable, tight and void paths apart.
+
+    Metres from a cell's centre to the nearest occupied cell.
+    """
 
     comfortable_m: float
     """Paths stay this far away wherever they can."""
@@ -63,7 +66,7 @@ class Terrain:
 
     @property
     def metres_per_cost(self) -> float:
-        """What one unit of a search's integer cost is."""
+        """Metres that one unit of a search's integer cost stands for."""
         from occmap.planner_kernels import STRAIGHT
 
         return self.frame.resolution_m / STRAIGHT
@@ -86,7 +89,7 @@ class Terrain:
 
     @contextmanager
     def closures(self) -> Iterator[None]:
-        """While a kernel looks for a way, what is closed is occupied: kernels know no third reason."""
+        """Close cells while a kernel looks for a way, by occupying them: kernels know no third reason."""
         state = self.state.reshape(-1)
         was = state[self.closed]
         state[self.closed] = Belief.OCCUPIED
@@ -158,7 +161,7 @@ def price_list(
 
 
 def escape_price_list() -> NDArray[np.int32]:
-    """(3 * bins,) the same for getting out of where no path may start: anything but occupied cells."""
+    """(3 * bins,) cost of entering a cell on the way out of where no path may start: any but occupied."""
     from occmap.planner_kernels import BINS_PER_M, STRAIGHT
 
     clearance = np.arange(math.ceil(ESCAPE_ROOM_M * BINS_PER_M) + 1) / BINS_PER_M

@@ -111,7 +111,7 @@ class Tour:
         ]
 
     def _stop(self, group: list[Lookout], coarse: CoarseMap, cost_m: float) -> Stop:
-        """Made of lookouts, the nearest first."""
+        """The stop made of lookouts, the nearest first."""
         first = group[0]
         lookout = coarse.cell_in(first.block) if first.is_exact else None
         members = tuple(k for each in group for k in each.members)

@@ -76,7 +76,7 @@ class Views:
         return goals
 
     def has_place(self, frontier: Frontier, failed: int, grid: OccupancyGrid, wave: Wavefront) -> bool:
-        """Whether there is one to look into a frontier from near, worth the way or not."""
+        """Whether there is a place to look into a frontier from near, worth the way or not."""
         looks = self._chooser.looks_at(frontier, grid)[failed:]
         return self._first(frontier, looks, grid, wave) is not None
 
@@ -125,7 +125,7 @@ class Views:
     def _from_afar(
         self, frontier: Frontier, failed: int, grid: OccupancyGrid, wave: Wavefront, from_m: float
     ) -> Goal | None:
-        """Through a slot, from a narrow passage, at a part of it only: worth fewer tries than from near."""
+        """A look through a slot, from a narrow passage, at a part only: worth fewer tries than from near."""
         config, size_m = self._chooser.config, frontier.size * grid.frame.resolution_m
         is_far = from_m > config.look_from_m[0]
         if failed >= FAR_LOOKS or (is_far and size_m < config.min_far_frontier_m):
@@ -134,7 +134,7 @@ class Views:
         return self._chooser.goal_for(frontier, grid, wave, from_m, into_m, stride=1, share=0.0)
 
     def worthy(self, goals: Iterable[Goal | None], grid: OccupancyGrid) -> list[Goal]:
-        """Those there are and that are worth the way."""
+        """The goals, where there are any, that are worth the way."""
         return [goal for goal in goals if goal is not None and self.is_worth_the_way(goal, grid)]
 
     def is_worth_the_way(self, goal: Goal, grid: OccupancyGrid) -> bool:
@@ -159,5 +159,5 @@ class Views:
         return in_sight_m2 >= (least_m2 if size_m < LONG_M else min(least_m2, ROOM_M2))
 
     def _demanded(self, least_m2: float) -> float:
-        """Twice as much after each further far look in vain: where they show nothing, so will the next."""
+        """Area demanded: twice as much after each further far look in vain, as the next will be, too."""
         return least_m2 * 2.0 ** max(0, self._looked_at.in_vain - BAD_LUCK)

@@ -19,7 +19,7 @@ vote = kernel(sensor_model.vote)
 
 @part
 def count_ray(window, stride, ix0, iy0, ix1, iy1):
-    """One miss for every cell of a ray but its last.
+    """Count one miss for every cell of a ray but its last.
 
     The cells of Bresenham's line (rays.ray_cells), where the shorter axis stands at ceil(k * short /
     long - 1/2) after k steps. Here as a fixed-point product: no step waits for the error of the one
@@ -43,7 +43,7 @@ def count_ray(window, stride, ix0, iy0, ix1, iy1):
 
 @part
 def lines(window, stride, points, hit, alpha, hits):
-    """Votes of thin beams: misses into the window, end cells into hits. Everything in window cells.
+    """Count the votes of thin beams: misses into the window, end cells into hits. Everything in window cells.
 
     A hit is alpha cells thick to either side of its end. O(sum of beam lengths in cells). Returns
     the number of hit cells.
@@ -74,7 +74,7 @@ def lines(window, stride, points, hit, alpha, hits):
 
 @kernel
 def cones(window, stride, points, hit, half_width, alpha, hits):
-    """Votes of beams that open by half_width (rad) to either side; everything in window cells.
+    """Count the votes of beams that open by half_width (rad) to either side; everything in window cells.
 
     Every cell whose centre lies in the wedge (or within half a cell of its axis, where the wedge is
     narrower than a cell) is voted on by its distance from the sensor. O(area of the beams' bounding

@@ -36,13 +36,13 @@ class Wavefront:
 
     @property
     def is_exhausted(self) -> bool:
-        """Everything in reach was flooded; False if a bound or the last of the wanted targets ended it."""
+        """Whether everything in reach was flooded, and no bound or last target ended the search."""
         from occmap.planner_kernels import UNREACHED
 
         return self.exact_below == UNREACHED
 
     def check(self) -> None:
-        """ValueError if it is void."""
+        """Raise ValueError if the wave is void."""
         if self.search_number != self.memory.search_number:
             raise ValueError(
                 "this wavefront is void: its planner has searched since. Read it before, or flood again"
@@ -66,7 +66,7 @@ class Wavefront:
         return self.memory.cost.reshape(self.terrain.shape), int(min(self.exact_below, below))
 
     def metres(self, cost: int) -> float:
-        """One of those costs in metres."""
+        """An integer cost of the search in metres."""
         from occmap.planner_kernels import STRAIGHT
 
         return float(cost) * self.terrain.frame.resolution_m / STRAIGHT

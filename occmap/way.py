@@ -62,7 +62,7 @@ class Way:
         self._room = np.empty((0, 3))
 
     def place(self, path: Path, robot: Pose2, low_m: float, high_m: float) -> tuple[float, float]:
-        """Where a path passes nearest to the robot: metres along it, within bounds, and how far off."""
+        """Place where a path passes nearest to the robot: metres along it, within bounds, and how far off."""
         return self._kernels.place_on_path(
             path.waypoints_in_map, path.stations_m, robot.x_m, robot.y_m, low_m, high_m
         )

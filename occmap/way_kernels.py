@@ -12,9 +12,9 @@ from occmap.kernel import kernel, part
 
 @kernel
 def place_on_path(points, stations_m, x, y, low_m, high_m):
-    """Where a polyline (n, 2) passes nearest to (x, y): metres along it, in [low_m, high_m], and how far off.
+    """Place where a polyline (n, 2) passes nearest to (x, y). O(n).
 
-    O(n).
+    Returns the metres along it, in [low_m, high_m], and how far off it is.
     """
     best_m, best = min(max(low_m, 0.0), stations_m[-1]), np.inf
     if len(points) == 1:

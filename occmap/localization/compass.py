@@ -48,7 +48,7 @@ class CompassConfig(Positive):
 
 @dataclass(frozen=True)
 class Direction:
-    """Along which the walls of a submap run."""
+    """Direction along which the walls of a submap run."""
 
     yaw_rad: float
     """In the submap's frame; a quarter turn more or less is the same."""
@@ -74,7 +74,7 @@ class Compass:
         self._still: int | None = None  # the submap that was seen from one place: as sharply as can be
 
     def look(self, submap: int, *, is_still: bool = False) -> None:
-        """At the walls of a submap, for the first time or again: now more of them are known.
+        """Measure a submap's wall direction, again if it has grown, and tie it to north in the graph.
 
         is_still: whether all of them were seen from one place.
         """
@@ -97,7 +97,7 @@ class Compass:
             self._tie(submap, self._north)
 
     def _north_rad(self, north: int, submap: int) -> float:
-        """Where the walls of one submap run in the frame of another, as far as the graph knows."""
+        """Yaw of north's walls in the frame of a submap, as far as the graph knows."""
         return self._walls[north].yaw_rad - self._turn_rad(north, submap)
 
     def _turn_rad(self, a: int, b: int) -> float:
@@ -144,7 +144,7 @@ class Compass:
     def direction(
         self, surfels: NDArray[np.float64], cell_m: float, expected_rad: float | None = None
     ) -> Direction | None:
-        """Of the walls among surfels (n, COLUMNS), near what is expected; None if there are hardly any."""
+        """Direction of the walls among surfels (n, COLUMNS), sought near expected_rad; None if too few."""
         from occmap.localization import compass_kernels as kernels
 
         c, cosine, yaw = self.config, math.cos(self.config.facing_rad), expected_rad
@@ -171,5 +171,5 @@ ITERATIONS = 4
 
 
 def _within_quarter(turn_rad: float) -> float:
-    """The same turn but for quarters: from an eighth of a turn to the right to one to the left."""
+    """A turn but for its quarters: from an eighth of a turn to the right to one to the left."""
     return (turn_rad + 0.5 * QUARTER) % QUARTER - 0.5 * QUARTER

@@ -62,7 +62,7 @@ def offsets(surfels, yaw, cosine, least_count, cell_m, reach_m, histogram):
 
 @kernel
 def sharpest(surfels, yaw, steps, step_rad, cosine, least_count, cell_m, reach_m):
-    """Of the yaws at most so many steps from one, that at which the walls fall into the sharpest lines.
+    """The yaw, at most so many steps from another, at which the walls fall into the sharpest lines.
 
     Sharp is a large sum of squares of the histogram of offsets. O(surfels * steps).
     """

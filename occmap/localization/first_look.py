@@ -56,7 +56,7 @@ class FirstLook:
         return len(self._looks)
 
     def begin(self, scan: Scan, robot_from_lidar: Pose2) -> None:
-        """With the very first scan."""
+        """Start with the very first scan."""
         self._looks = LongLook(scan, robot_from_lidar)
 
     def goes_on(self, step: Pose2, match: Match, cloud: Cloud, start: Submap) -> bool:
@@ -86,13 +86,13 @@ class FirstLook:
         return self._doubts <= c.still_doubts and gain < by_chance(cloud)
 
     def add(self, scan: Scan) -> bool:
-        """Average one more, if more are wanted; whether the mean is worth taking over: at 2, 4, 8, ..."""
+        """Average one more scan, if wanted; whether the mean is worth taking over: at 2, 4, 8, ..."""
         looks = len(self._looks)
         is_wanted = looks < self.config.first_scans and self._doubts == 0
         return is_wanted and self._looks.add(scan) and (looks + 1) & looks == 0
 
     def mean(self, reach_m: float) -> Cloud:
-        """What all looks are samples of, in the robot's frame, as far as points are matched."""
+        """The cloud that all looks are samples of, in the robot's frame, as far as points are matched."""
         return Cloud.of(self._looks.mean(), self._looks.robot_from_lidar, reach_m)
 
 

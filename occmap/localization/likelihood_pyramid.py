@@ -39,14 +39,14 @@ class LikelihoodPyramid:
 
 
 def top_blocks(half_cells: int) -> tuple[int, int]:
-    """For a search +-half_cells wide: the level to begin at, and how many of its blocks lie side by side."""
+    """Level to begin a search +-half_cells wide at, and how many of its blocks lie side by side."""
     width = 2 * half_cells + 1
     top = min(LEVELS - 1, width.bit_length() - 1)
     return top, ((width - 1) >> top) + 1
 
 
 def peak(sigma_cells: float) -> NDArray[np.uint8]:
-    """(r, r) what a point leaves, by the distance in cells along both axes: a Gaussian out to two sigma."""
+    """(r, r) mark of a point, by the distance in cells along both axes: a Gaussian out to two sigma."""
     d = np.arange(math.ceil(2.0 * sigma_cells) + 1)
     gaussian = np.exp(-0.5 * (d[:, None] ** 2 + d[None, :] ** 2) / sigma_cells**2)
     return np.round(255.0 * gaussian).astype(np.uint8)

@@ -29,7 +29,7 @@ class LongLook:
         return len(self._ranges_m)
 
     def add(self, scan: Scan) -> bool:
-        """Take in one more; False if its beams are others."""
+        """Take in one more scan; False if its beams are others."""
         if not np.array_equal(scan.bearings_rad, self._scan.bearings_rad):
             return False
         self._ranges_m.append(np.where(scan.is_hit, scan.ranges_m, np.nan))

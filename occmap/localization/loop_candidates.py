@@ -135,7 +135,7 @@ def _heading_variances(graph: PoseGraph, compass_rad: float) -> Floats:
 
 
 def _least_per_pair(ends: NDArray[np.int64], cost: Floats, n: int) -> NDArray[np.int64]:
-    """Of several edges between the same two nodes the one of least cost."""
+    """Indices of the edges of least cost among those between the same two nodes."""
     order = np.lexsort((cost, ends[:, 1], ends[:, 0]))
     key = ends[order, 0] * n + ends[order, 1]
     return order[np.concatenate(([True], key[1:] != key[:-1]))]

@@ -114,7 +114,7 @@ class LoopCloser:
         self.waiting.extendleft(reversed(found))  # where the robot is now comes first
 
     def step(self) -> bool:
-        """A turn's part of the comparisons; True if the graph has new edges."""
+        """Do a turn's part of the comparisons; True if the graph has new edges."""
         if self._comparing is None:
             if not self.waiting:
                 return False

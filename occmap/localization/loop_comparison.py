@@ -64,7 +64,7 @@ class ComparisonConfig(Positive):
 
 
 class Comparison:
-    """Of one pair: first the best pose, then whether another is nearly as good, and then a closer look."""
+    """Compares one pair: seeks the best pose, then another nearly as good, and then looks closer."""
 
     def __init__(self, config: ComparisonConfig, pair: Candidate, younger: Submap, predicted: Pose2) -> None:
         self.pair, self.predicted = pair, predicted
@@ -102,7 +102,7 @@ class Comparison:
         return True
 
     def _window(self) -> Window:
-        """Round the prediction, as far as it may be wrong."""
+        """The window round the prediction, as far as that may be wrong."""
         c, pair = self._config, self.pair
         reach_m = float(np.hypot(*(self._points - self._points.mean(axis=0)).T).max())
         return Window(

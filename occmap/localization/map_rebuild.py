@@ -80,7 +80,7 @@ class MapRebuild:
         return self._next == len(self.scans)
 
     def joined_with(self, live: OccupancyGrid) -> OccupancyGrid:
-        """What was built within the box, and around it what a grid knows: one of the two, changed in place.
+        """Grid of what was built within the box and what another knows around: one of the two, changed.
 
         A large one that would have to grow is not: its memory made anew would hold up the robot.
         """
@@ -127,7 +127,7 @@ class MapRebuild:
 
 
 def extent(grid: OccupancyGrid) -> Box:
-    """From the centre of a grid's first cell to that of its last."""
+    """Box from the centre of a grid's first cell to that of its last."""
     (ny, nx), frame = grid.shape, grid.frame
     return Box(*frame.centre_of(0, 0), *frame.centre_of(nx - 1, ny - 1))
 

@@ -49,7 +49,7 @@ class MappedScan:
         return self.tracked.in_map(map_from_submap) @ self.robot_from_lidar
 
     def box(self, map_from_lidar: Pose2) -> Box:
-        """What it votes on: up to its hits, or all round if some of its beams met nothing."""
+        """Box of what it votes on: up to its hits, or all round if some of its beams met nothing."""
         if np.isinf(self.scan.ranges_m).any():
             return Box.around(*map_from_lidar.position, self.reach_m)
         hits = map_from_lidar.apply(self.scan.hits_in_lidar())
@@ -58,7 +58,7 @@ class MappedScan:
 
 
 class MappedScans:
-    """In the order they were mapped. What is read back is the scan as it is kept: see packed_ranges.
+    """Scans in the order they were mapped. What is read back is the scan as it is kept: see packed_ranges.
 
     A scan of 360 beams takes 1 kB, and no Python object of its own but an array.
     """
@@ -73,7 +73,7 @@ class MappedScans:
         return len(self._ranges)
 
     def append(self, mapped: MappedScan) -> None:
-        """Keep one more."""
+        """Keep one more scan."""
         scan, mount = mapped.scan, mapped.robot_from_lidar
         bearings = scan.bearings_rad.astype(np.float32)
         if not self._bearings or not np.array_equal(bearings, self._bearings[-1]):
@@ -94,7 +94,7 @@ class MappedScans:
         return MappedScan(scan, Pose2(*mount[:3]), Tracked.of_numbers(mount[3:]), reach_m, effort_m)
 
     def _bearings_rad(self, which: int) -> NDArray[np.float64]:
-        """The same array for all scans that have the same."""
+        """Bearings of a scan: one array for all scans that have the same."""
         if self._last_read[0] != which:
             self._last_read = which, self._bearings[which].astype(np.float64)
         return self._last_read[1]

@@ -74,7 +74,7 @@ class PlaceSearch:
         return not self._left
 
     def step(self) -> None:
-        """A turn's part of the search."""
+        """Do a turn's part of the search."""
         submap = self._submaps[self._left[-1]]
         if self._search is None:
             self._search = WindowSearch(self._points, submap.raster, self._window(submap))
@@ -88,7 +88,7 @@ class PlaceSearch:
         self._left.pop()
 
     def place(self) -> Sighting | None:
-        """Where the robot must have been; None if it may have been nowhere, or in several places."""
+        """The place where the robot must have been; None if it may have been nowhere, or in several."""
         c = self.config
         if not self.sightings:
             return None

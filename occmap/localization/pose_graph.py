@@ -20,7 +20,7 @@ Floats = NDArray[np.float64]
 
 
 class Loss(IntEnum):
-    """What an edge's disagreement costs, as a function of its chi2; all agree well below `loss_scale`."""
+    """Cost of an edge's disagreement, as a function of its chi2; all agree well below `loss_scale`."""
 
     SQUARED = 0
     """chi2 itself: an edge that is surely right."""
@@ -81,7 +81,7 @@ class PoseGraph:
         self._forget_damping()
 
     def add_node(self, map_from_node: Pose2, held: bool = False) -> int:
-        """A new node's number. A held node never moves; the first one is always held."""
+        """Add a node; returns its number. A held node never moves; the first one is always held."""
         self._poses.append((map_from_node.x_m, map_from_node.y_m, map_from_node.yaw_rad))
         self._held.append(held or len(self._poses) == 1)
         self._equations = None
@@ -97,7 +97,7 @@ class PoseGraph:
         loss_scale: float = 1.0,
         is_graduated: bool = False,
     ) -> int:
-        """A new edge's number. information (3, 3) is the inverse covariance of (x, y, yaw) in j's frame.
+        """Add an edge; returns its number. information: (3, 3) inverse covariance of x, y, yaw in j's frame.
 
         A graduated edge that disagrees with the poses is given a chance to convince the others.
         """
@@ -158,7 +158,7 @@ class PoseGraph:
         return self._losses(self._scale.rows)[2]
 
     def cost(self) -> float:
-        """What is minimised: the sum of every edge's loss."""
+        """The cost that is minimised: the sum of every edge's loss."""
         return self._losses(self._scale_for_now())[0]
 
     def _losses(self, scale: Floats) -> tuple[float, Floats, Floats]:

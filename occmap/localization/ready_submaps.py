@@ -15,7 +15,7 @@ class ReadySubmaps:
         self._used: OrderedDict[int, None] = OrderedDict()  # the one used last at the end
 
     def use(self, submap: int) -> Submap:
-        """The submap, and the one used longest ago gives up its memory for it."""
+        """Return a submap; the one used longest ago gives up its memory for it."""
         self._used[submap] = None
         self._used.move_to_end(submap)
         if len(self._used) > self._most:

@@ -46,7 +46,7 @@ def stamp(buffer, starts, shapes, points, origin_x, origin_y, cells_per_m, profi
 
 @part
 def _stamp_bound(buffer, start, width, k, cx, cy, profile):
-    """One peak, at level k: the peak falls with distance, so a block's maximum is at its nearest cell."""
+    """Press one peak into level k: it falls with distance, so a block's maximum is at its nearest cell."""
     radius = profile.shape[0] - 1
     h = 1 << k
     for j in range((cy - radius) >> k, ((cy + radius) >> k) + 2):
@@ -168,7 +168,7 @@ def _turn(points, origin_x, origin_y, cells_per_m, guess, turn, cells):
 
 @kernel
 def _bound(buffer, starts, shapes, cells, k, low_x, low_y, angle, half_cells, costs):
-    """What no pose of the block of shifts [low, low + 2^k) can exceed; exact at level 0.
+    """Score that no pose of the block of shifts [low, low + 2^k) can exceed; exact at level 0.
 
     The sum over the cells (n, 2) of one angle, shifted, of a level's entries, less the cost of the shift
     in the block that is nearest to none: costs are a cell's squared, an angle step's squared, and the most.

@@ -59,7 +59,7 @@ class SlamLocalizer:
         self._to_tell = False
 
     def update(self, seen: Observation) -> Estimate:
-        """Where the robot is, given what it senses now."""
+        """Estimate where the robot is, given what it senses now."""
         prediction = self.motion.predict(seen)
         scan = seen.scan
         if not self.tracker.first_look.wheels_stand(prediction.step):  # else its beams start from one place
@@ -88,15 +88,15 @@ class SlamLocalizer:
         return is_within(last.odom_from_robot.inverse() @ seen.odom_from_robot, reach_m, reach_rad)
 
     def rest_until(self, time_s: float) -> None:
-        """The robot stands where it stood, however long nothing was heard of it."""
+        """Take in that the robot stands where it stood, however long nothing was heard of it."""
         self.motion.rest_until(time_s)
 
     def restart_odometry(self) -> None:
-        """The robot was switched off and stands where it stood: its odometry begins anew."""
+        """Begin anew with odometry: the robot was switched off and stands where it stood."""
         self.motion.forget_odometry()
 
     def finish(self) -> None:
-        """Nothing more will be seen for now: close the loops that can be closed, and settle."""
+        """Close the loops that can be closed, and settle: nothing more will be seen for now."""
         for submap in self.tracker.finish():
             self.loops.propose(submap)
         self._think_to_the_end()
@@ -117,7 +117,7 @@ class SlamLocalizer:
         return self.told.fresh(self.map_from_submap())
 
     def map_from_submap(self) -> list[Pose2]:
-        """Where the submaps lie, as all that was seen has it."""
+        """Poses of the submaps, as all that was seen has them."""
         return [self.graph.pose(k) for k in range(len(self.graph.poses))]
 
     def _add_new_submaps(self) -> None:

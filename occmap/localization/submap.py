@@ -46,7 +46,7 @@ class View:
 
     @staticmethod
     def of(scan: Scan, submap_from_lidar: Pose2, other: View | None = None) -> View:
-        """Of a scan; bearings that another view has as well are shared with it."""
+        """Make the view of a scan; bearings that another view has as well are shared with it."""
         order = np.argsort(scan.bearings_rad, kind="stable")
         ranges = np.where(scan.is_hit, scan.ranges_m, 0.0)[order].astype(np.float32)
         bearings = scan.bearings_rad[order].astype(np.float32)
@@ -98,7 +98,7 @@ class Submap:
         self._unstamped.append(cloud)
 
     def finish(self) -> None:
-        """Nothing is inserted from now on: keep what lasted of the surfels, give up the working memory.
+        """Keep what lasted of the surfels, give up the working memory: nothing is inserted from now on.
 
         What more of its views looked through than met was somebody who walked by.
         """
@@ -162,7 +162,7 @@ class Submap:
 
 
 def share_seen_through(submap: Submap, points: Points) -> float:
-    """Of the points (n, 2) of a submap's frame that its views can judge: how many they look through."""
+    """Share looked through of the points (n, 2) of a submap's frame that its views can judge."""
     met, passed = submap.judge(points)
     through = int(np.count_nonzero((passed > 0) & (met == 0)))
     return through / max(1, through + int(np.count_nonzero(met)))

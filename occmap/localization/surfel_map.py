@@ -77,7 +77,7 @@ class PackedSurfels:
 
     @staticmethod
     def of(rows: NDArray[np.float32]) -> PackedSurfels:
-        """Of rows (n, COLUMNS)."""
+        """Pack rows (n, COLUMNS)."""
         others = np.minimum(rows[:, 2:], np.finfo(np.float16).max)
         return PackedSurfels(rows[:, :2].copy(), others.astype(np.float16))
 
@@ -86,7 +86,7 @@ class PackedSurfels:
 
     @property
     def rows(self) -> NDArray[np.float32]:
-        """(n, COLUMNS) as they were, but for rounding."""
+        """(n, COLUMNS) the rows as they were, but for rounding."""
         return np.hstack((self.means, self.others), dtype=np.float32)
 
 

@@ -76,8 +76,11 @@ class ToldMap:
         self._last = (-math.inf, Pose2.identity())
 
     def add_submap(self, previous_from_submap: Pose2, map_from_submap: Pose2) -> None:
-        """A submap begun by the tracker: where it lies as all that was seen has it, if that is near enough
-        to where the last one says for no seam to show."""
+        """Take in a submap begun by the tracker.
+
+        It lies where all that was seen has it, if that is near enough to where the last one says for no seam
+        to show.
+        """
         for poses in (self.map_from_submap, self._corrected if self._rebuild else []):
             pose = poses[-1] @ previous_from_submap if poses else previous_from_submap
             near = displacement_m(pose, map_from_submap, self.config.lever_m) <= self.config.seam_m
@@ -85,7 +88,7 @@ class ToldMap:
         self._reach_m.append(0.0)
 
     def pose_of(self, tracked: Tracked) -> Pose2:
-        """map_from_robot as told."""
+        """The pose map_from_robot as told."""
         return tracked.in_map(self.map_from_submap)
 
     def wants(self, time_s: float, tracked: Tracked) -> bool:
@@ -113,7 +116,7 @@ class ToldMap:
         return mapped.scan
 
     def hand_over(self) -> None:
-        """The receiver is a new one and has no grid: hand it over with the next estimate."""
+        """Hand the grid over with the next estimate: the receiver is a new one and has none."""
         self._owed = self.fresh(self.map_from_submap)
         if self._live is not None:  # else the first correction still builds all of the grid anew
             self._live = self._owed
@@ -138,7 +141,7 @@ class ToldMap:
         return True
 
     def step(self) -> OccupancyGrid | None:
-        """A turn's part of the rebuilding; the new grid, and poses told by it, when it is done.
+        """Do a turn's part of the rebuilding; the new grid, and poses told by it, when it is done.
 
         A grid that is owed is handed over meanwhile.
         """
@@ -187,7 +190,7 @@ class ToldMap:
         ]
 
     def _affected(self) -> Box:
-        """All that scans of moved submaps voted on, where they were and where they are."""
+        """Box of all that scans of moved submaps voted on, where they were and where they are."""
         moved = self._moved(self._corrected, 0.2 * self.config.moved_m)
         return Box.over(
             [

@@ -19,7 +19,7 @@ class Track:
         return len(self._rows)
 
     def append(self, time_s: float, tracked: Tracked) -> None:
-        """The next observation's."""
+        """Keep the time and the pose of the next observation."""
         self._rows.append((time_s, *tracked.numbers()))
 
     def in_map(self, map_from_submap: Sequence[Pose2]) -> list[tuple[float, Pose2]]:

@@ -33,11 +33,11 @@ class Tracked:
         )
 
     def numbers(self) -> tuple[float, ...]:
-        """(NUMBERS,) all of it, to be kept in an array."""
+        """(NUMBERS,) the same in numbers, to be kept in an array."""
         a, b = self.submap_from_robot, self.next_from_robot
         return self.submap, a.x_m, a.y_m, a.yaw_rad, b.x_m, b.y_m, b.yaw_rad, self.blend
 
     @staticmethod
     def of_numbers(numbers: Sequence[float]) -> Tracked:
-        """What `numbers` came from."""
+        """The pose that `numbers` came from."""
         return Tracked(int(numbers[0]), Pose2(*numbers[1:4]), Pose2(*numbers[4:7]), numbers[7])

@@ -112,7 +112,7 @@ class Tracker:
     def _begin_anew(
         self, cloud: Cloud, prediction: Prediction, scan: Scan, robot_from_lidar: Pose2
     ) -> Tracked:
-        """A submap of what is seen after a gap; only loops, or the wheels, tell where it is."""
+        """Begin a submap of what is seen after a gap; only loops, or the wheels, tell where it is."""
         variances = np.array([prediction.sigma_m, prediction.sigma_m, prediction.sigma_rad]) ** 2
         self._drift += np.diag(variances)
         self.last_step, self.fits, self.is_seen = prediction.step, True, False
@@ -126,19 +126,19 @@ class Tracker:
         return Tracked(self._first, self._pose, self._pose, 0.0)
 
     def _look_again(self, scan: Scan) -> Tracked:
-        """The robot still stands at the map's origin: one more look at the same, to average out the noise."""
+        """Take one more look from the map's origin, where the robot still is, to average out the noise."""
         if self.first_look.add(scan):
             self._learn_the_start()
         self.last_step = Pose2.identity()
         return Tracked(0, self._pose, self._pose, 0.0)
 
     def _learn_the_start(self) -> None:
-        """The first submap shows the mean of all looks so far."""
+        """Let the first submap show the mean of all looks so far."""
         mean = self.first_look.mean(self.submap_config.reach_m)
         self.submaps[0].see_better(mean, len(self.first_look))
 
     def finish(self) -> list[int]:
-        """Nothing more comes for now: close the growing submaps; returns their numbers."""
+        """Close the growing submaps, as nothing more comes for now; returns their numbers."""
         if self.submaps and not self.first_look.is_over:
             self.first_look.is_over = True
             self._learn_the_start()
@@ -179,7 +179,7 @@ class Tracker:
         submap.insert(cloud, pose)
 
     def _begin_submap(self, scan: Scan) -> None:
-        """A new submap at the robot's pose; the older of the two before it is full."""
+        """Begin a submap at the robot's pose; the older of the two before it is full."""
         floor = np.diag([self.config.drift_m**2, self.config.drift_m**2, self.config.drift_rad**2])
         youngest_from_robot = self.younger_from_older() @ self._pose
         turned = axes(-youngest_from_robot.yaw_rad)

@@ -11,7 +11,7 @@ from occmap.geometry import Pose2
 
 @dataclass(frozen=True)
 class WheelScaleConfig(Positive):
-    """Tyres wear and are pumped up, and nobody measures them anew."""
+    """How fast wheels are learnt: tyres wear and are pumped up, and nobody measures them anew."""
 
     memory_m: float = 200.0
     """What was seen of the wheels counts for so many metres."""
@@ -39,7 +39,7 @@ class WheelScale:
         self._gone_m = 0.0
 
     def learn(self, claimed_m: float, gone_m: float) -> None:
-        """One more step forward, as the wheels claim it and as the scans have it; backward, both negative."""
+        """Take in a step forward as the wheels claim it and as the scans have it; backward, both negative."""
         c, length_m = self.config, abs(claimed_m)
         if length_m < c.least_step_m or abs(gone_m - claimed_m) > c.most_apart * length_m:
             return
@@ -49,7 +49,7 @@ class WheelScale:
 
     @property
     def factor(self) -> float:
-        """Metres gone to one claimed."""
+        """Metres gone for each one claimed."""
         c = self.config
         ratio = (c.doubt_m + self._gone_m) / (c.doubt_m + self._claimed_m)
         return min(max(ratio, 1.0 - c.most), 1.0 + c.most)

@@ -44,7 +44,7 @@ class WindowSearch:
 
     @property
     def score(self) -> float:
-        """Of the best pose so far; about least_score if none is better."""
+        """Score of the best pose so far; about least_score if none is better."""
         return float(self._best[3]) / (255.0 * max(1, len(self._points)))
 
     @property
@@ -89,7 +89,7 @@ class WindowSearch:
         return left
 
     def _problem(self, raster: LikelihoodPyramid):
-        """What both kernels are told, in their order."""
+        """Arguments that both kernels share, in their order."""
         guess, (origin_x, origin_y) = self.window.guess, self._origin_m
         return (
             raster.buffer,
