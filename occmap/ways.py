@@ -53,7 +53,7 @@ class Ways:
         return np.array([self._costs_m[self._names[one], self._names[other]] for other in others])
 
     def _flood(self, one: int) -> None:
-        """Measure ways from a block to all of the tour; back, they cost as much but for half a block an end."""
+        """Measure ways from a block to all of the tour; back, they cost as much, but half a block an end."""
         start = self._names[one]
         costs_m = self._coarse.costs_m(start, self._blocks).tolist()
         for other, cost_m in zip(self._names, costs_m, strict=True):
