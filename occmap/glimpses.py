@@ -15,6 +15,9 @@ from occmap.slices import Sliced
 
 GLIMPSED = 0.1
 """In log-odds: a cell that is likelier to be free than the prior by more was seen through at least once."""
+TWICE = 0.5
+"""Share of the way from the prior to free that some cell of a place must have come. What one beam alone went
+through may be a lost echo, which lays a line through walls and out of the building."""
 MOST_M = 1.0
 """No piece is longer."""
 AROUND = np.ones((3, 3), bool)
@@ -26,6 +29,7 @@ def glimpses(grid: OccupancyGrid) -> Sliced[list[tuple[tuple[float, float], floa
 
     Through a window or a crack a beam or two reach far, and never the same cells from two places: what is
     there stays undecided, and no frontier tells of it, for it has no free cell. O(cells), for the end.
+    A place none of whose cells was seen through twice is left out.
     """
     undecided = (grid.state == Belief.UNKNOWN) & (grid.log_odds < grid.prior_log_odds - GLIMPSED)
     parts, n = _parts(undecided)
@@ -33,6 +37,7 @@ def glimpses(grid: OccupancyGrid) -> Sliced[list[tuple[tuple[float, float], floa
     has_frontier = np.zeros(n + 1, bool)
     has_frontier[parts[_beside_free(undecided, grid)]] = True
     found, r = [], grid.frame.resolution_m
+    seen_twice = grid.prior_log_odds + TWICE * (grid.free_below - grid.prior_log_odds)
     yield grid.state.size
     for part, box in enumerate(ndimage.find_objects(parts), start=1):
         if box is None or has_frontier[part]:
@@ -40,7 +45,10 @@ def glimpses(grid: OccupancyGrid) -> Sliced[list[tuple[tuple[float, float], floa
         height, width = (side.stop - side.start for side in box)
         if max(height, width) * r <= SPECK_M:
             continue
-        cells = np.argwhere(parts[box] == part) + np.array([side.start for side in box])
+        of_part = parts[box] == part
+        if grid.log_odds[box][of_part].min() > seen_twice:
+            continue
+        cells = np.argwhere(of_part) + np.array([side.start for side in box])
         cells = cells[np.argsort(cells[:, int(width > height)], kind="stable"), ::-1]
         for piece in np.array_split(cells, math.ceil(max(height, width) * r / MOST_M)):
             x_m, y_m = grid.frame.map_from_cell(piece.mean(axis=0, keepdims=True))[0]

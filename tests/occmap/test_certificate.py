@@ -130,7 +130,7 @@ def test_a_short_frontier_where_the_body_does_not_get_to_is_no_speck():
 @pytest.mark.parametrize("is_early", [True, False])
 def test_what_was_glimpsed_only_is_told_in_the_end(is_early):
     scene = Scene(OPEN_ROOM, resolution_m=0.25)
-    scene.grid.log_odds[1:4, 8] = -0.4
+    scene.grid.log_odds[1:4, 8] = -0.8
     told = [left for left in certificate(scene, is_early=is_early) if "glimpsed" in left.why]
     assert [left.reason for left in told] == ([] if is_early else [Reason.TOO_NARROW])
 

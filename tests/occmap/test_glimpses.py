@@ -24,20 +24,25 @@ def test_where_no_beam_has_been_there_is_nothing_to_tell(grid):
     assert finish(glimpses(grid)) == []
 
 
-def test_what_a_beam_went_through_is_told_piece_by_piece(grid):
-    grid.log_odds[5, 25:65] = -0.4
+def test_what_two_beams_went_through_is_told_piece_by_piece(grid):
+    grid.log_odds[5, 25:65] = -0.8
     pieces = finish(glimpses(grid))
     assert len(pieces) == 2
     assert all(size_m <= MOST_M + 0.1 for _, size_m in pieces)
     np.testing.assert_allclose([place for place, _ in pieces], [(1.75, 0.275), (2.75, 0.275)])
 
 
+def test_what_one_lost_echo_went_through_is_not(grid):
+    grid.log_odds[5, 25:65] = -0.4
+    assert finish(glimpses(grid)) == []
+
+
 def test_what_is_no_longer_than_a_speck_is_not(grid):
-    grid.log_odds[5, 25:31] = -0.4
+    grid.log_odds[5, 25:31] = -0.8
     assert finish(glimpses(grid)) == []
 
 
 def test_what_borders_on_free_cells_has_a_frontier_to_tell_of_it(grid):
-    grid.log_odds[5, 25:65] = -0.4
+    grid.log_odds[5, 25:65] = -0.8
     grid.state[5, 24] = 1
     assert finish(glimpses(grid)) == []
