@@ -151,10 +151,8 @@ class Matcher:
     ) -> Match:
         """A scan that fits badly where it was expected may fit well elsewhere: wheels slip."""
         c = self.config
-        reach_m, reach_rad = (
-            min(c.second_look_m, prediction.most_m),
-            min(c.second_look_rad, prediction.most_rad),
-        )
+        reach_m = min(c.second_look_m, prediction.most_m)
+        reach_rad = min(c.second_look_rad, prediction.most_rad)
         apart = self.thinned(cloud.points, 2.0 * c.spacing_m)
         if len(apart) == 0:
             return first

@@ -81,6 +81,37 @@ def test_a_robot_that_rested_overnight_is_where_it_was(step):
     assert not after.is_gap
 
 
+def test_no_robot_has_come_farther_since_the_last_scan_that_fitted_than_robots_go():
+    motion, c = MotionModel(MotionConfig()), MotionConfig()
+    motion.predict(_seen(0.0, Pose2.identity()))
+    most_m = []
+    for k in range(1, 5):
+        most_m.append(motion.predict(_seen(0.2 * k, Pose2(0.1 * k, 0.0, 0.0))).most_m)
+        motion.took(Pose2(0.1, 0.0, 0.0), is_seen=False, fits=k == 3)
+    assert most_m == pytest.approx([0.2 * c.leap_mps, 0.4 * c.leap_mps, 0.6 * c.leap_mps, 0.2 * c.leap_mps])
+
+
+@pytest.mark.parametrize("seed", [2, 3])
+def test_a_robot_that_stands_between_bare_walls_stays_where_it_is(seed):
+    """Its wheels have never moved. Noise says as much of the corridor's length as the scans do: nothing."""
+    corridor = np.array([(-30, 1.1, 30, 1.3), (-30, -1.3, 30, -1.1)], float)
+    stands = [Pose2(0.0, 0.0, 0.3)] * 60
+    slam = mapped(observe(corridor, stands, np.random.default_rng(seed), noise_scale=1.0))
+    assert errors_m(stands, [pose for _, pose in slam.trajectory()]).max() < 0.01
+
+
+def test_odometry_that_stands_while_scans_move_is_none():
+    motion, step = MotionModel(MotionConfig()), Pose2(0.1, 0.0, 0.0)
+    motion.predict(_seen(0.0, Pose2.identity()))
+    standing = motion.predict(_seen(0.2, Pose2.identity()))
+    motion.took(step)
+    moving = motion.predict(_seen(0.4, Pose2.identity()))
+    assert standing.step == Pose2.identity()
+    assert moving.step == step
+    assert moving.sigma_m > 3.0 * standing.sigma_m
+    assert moving.window_m == standing.window_m
+
+
 @pytest.mark.parametrize("turn_rad", [0.15, 0.95])
 def test_scans_missing_on_the_way_are_bridged_by_a_loop(turn_rad):
     """Of three laps a third of the second is missing, and the wheels err by a metre and a turn meanwhile."""

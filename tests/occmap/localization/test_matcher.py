@@ -60,6 +60,16 @@ def test_known_offsets_are_recovered_within_the_window(x, y, yaw, seed):
     assert match.fit > 0.8
 
 
+@pytest.mark.parametrize(("most_m", "is_found"), [(math.inf, True), (0.3, False)])
+def test_a_second_look_goes_no_farther_than_a_robot_can(most_m, is_found):
+    rng = np.random.default_rng(0)
+    truth = Pose2(0.9, 0.0, 0.0)
+    prediction = replace(_prediction(0.1, 0.05), most_m=most_m)
+    cloud, submap = _cloud(FLAT, HERE @ truth, rng), _submap(FLAT, HERE, rng)
+    match = Matcher().match(cloud, submap, Pose2.identity(), prediction)
+    assert (match.submap_from_robot.distance_to(truth) < 0.02) == is_found
+
+
 def test_a_corridor_holds_its_width_and_not_its_length():
     rng = np.random.default_rng(0)
     corridor = np.array([(-40, 1.0, 40, 1.2), (-40, -1.2, 40, -1.0)], float)
