@@ -22,6 +22,10 @@ RESAMPLES = 10_000
 CONFIDENCE = 0.95
 
 
+ROUNDING = 1e-9
+"""What is worse by as much as is tolerated, to the last digit, is tolerated."""
+
+
 @dataclass(frozen=True)
 class Interval:
     """An estimate, and where it might as well be."""
@@ -77,9 +81,9 @@ class Tolerance:
     def complaints(self, found: Comparison) -> list[str]:
         """In what B is worse, beyond doubt and beyond this tolerance."""
         said = []
-        if found.metres is not None and found.metres.low > 1.0 + self.metres:
+        if found.metres is not None and found.metres.low > 1.0 + self.metres + ROUNDING:
             said.append(f"it drives {found.metres.value - 1.0:.1%} more")
-        if found.explored.high < -self.explored:
+        if found.explored.high < -self.explored - ROUNDING:
             said.append(f"it explores {-found.explored.percent.value:.3f} points less")
         if found.lost - found.won > self.failures:
             said.append(

@@ -9,6 +9,8 @@ from occmap.geometry import Pose2
 
 Bounds = tuple[float, float, float, float]
 """low x, low y, high x, high y in metres."""
+FARTHEST_M = 1e6
+"""Contacts beyond this are so coarse that robots pass through walls."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,3 +85,8 @@ class Building:
             raise ValueError(f"a building's bounds must be finite, got {self.low_m} to {self.high_m}")
         if not (self.low_m[0] < self.high_m[0] and self.low_m[1] < self.high_m[1]):
             raise ValueError(f"a building's bounds must enclose an area, got {self.low_m} to {self.high_m}")
+        if max(map(abs, (*self.low_m, *self.high_m))) > FARTHEST_M:
+            raise ValueError(
+                f"a building's bounds must lie within {FARTHEST_M:.0f} m of the origin, got {self.low_m} to "
+                f"{self.high_m}: move its origin nearer"
+            )

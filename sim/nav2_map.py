@@ -62,7 +62,8 @@ def read_image(path: Path) -> NDArray[np.float64]:
     import imageio.v3 as iio
 
     try:
-        pixels = np.asarray(iio.imread(path, plugin="pillow"))
+        is_printed = iio.immeta(path, plugin="pillow").get("mode") == "CMYK"  # whose white is 0
+        pixels = np.asarray(iio.imread(path, plugin="pillow", mode="RGB" if is_printed else None))
     except Exception as error:  # each decoder has its own kinds of errors
         raise ValueError(f"{path} is not an image that can be read: {error}") from error
     white = {"b": 1.0, "u": float(np.iinfo(pixels.dtype).max) if pixels.dtype.kind == "u" else 1.0}

@@ -197,3 +197,11 @@ def test_the_interval_holds_the_mean_19_times_in_20():
 def test_the_same_seed_gives_the_same_interval():
     values = np.arange(9.0)
     assert bootstrap(values, 1) == bootstrap(values, 1) != bootstrap(values, 2)
+
+
+@pytest.mark.parametrize("share", [0.01, 0.05, 0.15])
+def test_what_is_worse_by_just_as_much_as_is_tolerated_is_tolerated(share):
+    less = [row | {"explored": row["explored"] - share} for row in rows()]
+    (*_, overall) = compare(pair(rows(), less))
+    assert Tolerance(explored=share).complaints(overall) == []
+    assert Tolerance(explored=0.99 * share).complaints(overall)

@@ -8,10 +8,11 @@ from pathlib import Path
 import imageio.v3 as iio
 import numpy as np
 import pytest
+from PIL import Image
 
 from occmap.geometry import Pose2
 from sim.building import Building
-from sim.nav2_map import MapMeta, find_image, free_cells
+from sim.nav2_map import MapMeta, find_image, free_cells, read_image
 from sim.plan_images import load_plan
 from sim.truth import explorable, truth_grid
 
@@ -145,6 +146,15 @@ def test_colour_sixteen_bits_and_transparency(tmp_path: Path):
         np.testing.assert_array_equal(raster_of(building, 0.05, image.shape), expected, err_msg=name)
 
 
+def test_a_printers_colours_are_read_as_what_they_show(tmp_path: Path):
+    grey = Image.fromarray(np.repeat(np.repeat(np.array([[0, 255], [255, 255]], np.uint8), 40, 0), 40, 1))
+    grey.convert("CMYK").save(tmp_path / "printed.jpg", quality=100, subsampling=0)
+    shade = read_image(tmp_path / "printed.jpg")
+    assert shade.shape == (80, 80)
+    assert shade[20, 20] < 10.0
+    assert shade[20, 60] > 245.0
+
+
 def test_an_origin_with_yaw_turns_the_plan(tmp_path: Path):
     path = write_map(
         tmp_path, ragged_image(), "image: map.pgm\nresolution: 0.05\norigin: [1.0, 2.0, 1.5707963267948966]\n"
@@ -194,6 +204,7 @@ def test_the_image_is_found_relative_absolute_or_beside(tmp_path: Path):
         ("image: map.pgm\nresolution: .nan\norigin: [0, 0, 0]\n", "must be positive, got nan"),
         ("image: map.pgm\nresolution: 0.05\norigin: [0]\n", "is not a Nav2 map"),
         ("image: map.pgm\nresolution: 0.05\norigin: [0, 0, 0]\nmode: colour\n", "unknown map mode 'colour'"),
+        ("image: map.pgm\nresolution: 0.05\norigin: [0, 5.2e6, 0]\n", "move its origin nearer"),
         ("image: nowhere.pgm\nresolution: 0.05\norigin: [0, 0, 0]\n", "names the image 'nowhere.pgm'"),
     ],
 )
