@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sim.building import Box, Cylinder, Solid
+from sim.building import Box, Building, Cylinder, Solid
 
 LEG_RADIUS_M = 0.02
 CHAIR_RADIUS_M = 0.22
@@ -54,6 +54,11 @@ def legs(u: float, v: float, width: float, depth: float, height_m: float) -> tup
     """Four thin legs at the corners of a table's top."""
     r = LEG_RADIUS_M
     return tuple(Cylinder(u + a, v + b, r, height_m) for a in (r, width - r) for b in (r, depth - r))
+
+
+def has_thin_legs(building: Building) -> bool:
+    """Whether any table stands in it."""
+    return any(isinstance(s, Cylinder) and s.radius_m == LEG_RADIUS_M for s in building.solids)
 
 
 def chair(u: float, v: float) -> Cylinder:

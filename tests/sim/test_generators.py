@@ -42,6 +42,10 @@ def cover(building: Building, low: tuple[float, float], high: tuple[float, float
     return sum(footprint_m2(s) for s in inside) / area
 
 
+def thin_legs(building: Building) -> list[Cylinder]:
+    return [s for s in building.solids if isinstance(s, Cylinder) and s.radius_m == 0.02]
+
+
 def digest(building: Building) -> str:
     return hashlib.sha256(repr(building).encode()).hexdigest()
 
@@ -83,8 +87,11 @@ def test_furniture_in_every_room_covers_a_fair_share_of_the_floor(kind: str, see
     assert 0.05 <= cover(building, building.low_m, building.high_m) <= 0.15
     for room in building.rooms:
         assert 0.05 <= cover(building, room.low_m, room.high_m) <= 0.15, room.name
-    legs = [s for s in building.solids if isinstance(s, Cylinder) and s.radius_m == 0.02]
-    assert len(legs) >= 4
+    assert len(thin_legs(building)) >= 4
+
+
+def test_an_office_drawn_without_a_table_is_drawn_again():
+    assert len(thin_legs(built("office", 217))) >= 4
 
 
 @each_furnished
