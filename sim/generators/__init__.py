@@ -30,7 +30,7 @@ LARGEST_M = 300.0
 ATTEMPTS = 60
 """Draws before a size is given up."""
 FURNISHED = ("office", "apartment", "hall")
-"""Kinds in which a table stands on thin legs, the hardest thing to see, wherever the size has room for one."""
+"""Kinds in which a table stands on thin legs, hard to see as they are, wherever the size has room for one."""
 
 
 @dataclass(frozen=True)
