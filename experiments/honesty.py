@@ -26,9 +26,10 @@ import numpy as np
 from experiments.outcome import Outcome
 from occmap.decision import Reason, UnknownLeft
 from occmap.geometry import Points, Pose2
+from sim.starts import BODY_RADIUS_M
 from sim.truth import Mask, TruthGrid, connected_parts
 
-HIDDEN_M2 = math.pi * 0.17**2
+HIDDEN_M2 = math.pi * BODY_RADIUS_M**2
 """What the robot itself would stand on."""
 SPECK_CELLS = 4
 BESIDE_M = 0.25

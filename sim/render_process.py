@@ -51,6 +51,7 @@ def main(file: str, width: int, height: int, x_m: float, y_m: float, seen_m: flo
     # Both planes count in extents of the model, which depend on the building.
     model.vis.map.znear = 1.0 / model.stat.extent
     model.vis.map.zfar = 2.0 * overview.distance / model.stat.extent + 10.0
+    body_radius_m = float(model.geom("chassis").size[0])
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     orders, pictures = sys.stdin.buffer, sys.stdout.buffer
@@ -64,7 +65,7 @@ def main(file: str, width: int, height: int, x_m: float, y_m: float, seen_m: flo
             data.mocap_pos[:, 2] = state[model.nq :]
             mujoco.mj_forward(model, data)
             renderer.update_scene(data, overview)
-            mark(renderer.scene, data.qpos[:2], max(0.17, seen_m / 60.0))
+            mark(renderer.scene, data.qpos[:2], max(body_radius_m, seen_m / 60.0))
             pictures.write(renderer.render().tobytes())
             pictures.flush()
 

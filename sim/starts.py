@@ -13,7 +13,7 @@ from sim.solids import SolidArrays
 from sim.truth import Mask, TruthGrid, clearance_m, connected_parts
 
 BODY_RADIUS_M = 0.17
-"""The circle around models/robot.xml that encloses its wheels."""
+"""Of the chassis in models/robot.xml, which encloses all that could touch a wall."""
 ELBOW_ROOM_M = 0.35
 """A random start keeps this far from solids, where the building has such places."""
 ALIGNED_RAD = math.radians(8.0)

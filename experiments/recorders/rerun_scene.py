@@ -18,6 +18,7 @@ from experiments.recorders import palette
 from experiments.recorders.setting import Setting
 from occmap.geometry import Pose2
 from sim.building import Box, Building, Cylinder
+from sim.starts import BODY_RADIUS_M
 
 if TYPE_CHECKING:
     from sim.truth import TruthGrid
@@ -25,8 +26,8 @@ if TYPE_CHECKING:
 FRONTIER_Z_M, TRAIL_Z_M, PATH_Z_M, BEAM_Z_M, TRUTH_Z_M = 0.02, 0.03, 0.04, 0.05, 0.06
 """Layers above the map in drawing order; low, lest a view from above shifts them against it."""
 
-BODY_RADIUS_M, BODY_HEIGHT_M = 0.17, 0.20
-SOLID_ALPHA = 255
+BODY_HEIGHT_M = 0.20
+"""Up to the lidar."""
 
 
 def planar_transform(pose: Pose2) -> rr.Transform3D:
@@ -50,9 +51,9 @@ def log_scene(rec: rr.RecordingStream, setting: Setting, truth: TruthGrid | None
 
 
 def log_building(rec: rr.RecordingStream, building: Building) -> None:
-    """Walls and furniture, translucent, one entity a kind."""
+    """Walls and furniture, an entity or two (boxes, cylinders) a kind."""
     for kind in sorted({solid.kind for solid in building.solids}):
-        colour = (*palette.SOLIDS.get(kind, palette.OTHER_SOLID), SOLID_ALPHA)
+        colour = palette.SOLIDS.get(kind, palette.OTHER_SOLID)
         boxes = [s for s in building.solids if s.kind == kind and isinstance(s, Box)]
         cylinders = [s for s in building.solids if s.kind == kind and isinstance(s, Cylinder)]
         if boxes:
@@ -64,10 +65,10 @@ def log_building(rec: rr.RecordingStream, building: Building) -> None:
 def log_doors(rec: rr.RecordingStream, standing: Sequence[tuple[Box, float]]) -> None:
     """Panels as far as each stands out of the floor now; nothing where all doors are open."""
     panels = [replace(panel, height_m=height_m) for panel, height_m in standing]
-    rec.log("world/building/doors", boxes_of(panels, (*palette.DOOR, SOLID_ALPHA)))
+    rec.log("world/building/doors", boxes_of(panels, palette.DOOR))
 
 
-def boxes_of(boxes: Sequence[Box], colour: tuple[int, int, int, int]) -> rr.Boxes3D:
+def boxes_of(boxes: Sequence[Box], colour: palette.Rgb) -> rr.Boxes3D:
     half_yaw = np.array([b.yaw_rad for b in boxes]) / 2.0
     zero = np.zeros_like(half_yaw)
     return rr.Boxes3D(
@@ -79,7 +80,7 @@ def boxes_of(boxes: Sequence[Box], colour: tuple[int, int, int, int]) -> rr.Boxe
     )
 
 
-def cylinders_of(cylinders: Sequence[Cylinder], colour: tuple[int, int, int, int]) -> rr.Cylinders3D:
+def cylinders_of(cylinders: Sequence[Cylinder], colour: palette.Rgb) -> rr.Cylinders3D:
     return rr.Cylinders3D(
         centers=[(c.x_m, c.y_m, c.height_m / 2.0) for c in cylinders],
         radii=[c.radius_m for c in cylinders],

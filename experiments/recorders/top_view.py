@@ -11,6 +11,7 @@ from PIL import Image, ImageDraw
 from experiments.recorders import palette
 from occmap.geometry import Points, Pose2
 from sim.building import Box, Building, Solid
+from sim.starts import BODY_RADIUS_M
 
 if TYPE_CHECKING:
     from experiments.recorders.snapshots import PackedBelief, Snapshot
@@ -88,9 +89,9 @@ class TopView:
         for x, y in self.pixels(points):
             draw.ellipse((x - r, y - r, x + r, y + r), fill=colour)
 
-    def draw_robot(self, fine: Image.Image, pose: Pose2, colour: palette.Rgb, radius_m: float = 0.17) -> None:
+    def draw_robot(self, fine: Image.Image, pose: Pose2, colour: palette.Rgb) -> None:
         """A disc with a nose, never too small to find."""
-        r = max(radius_m * self._px_per_m, 6.0 * OVERSAMPLING)
+        r = max(BODY_RADIUS_M * self._px_per_m, 6.0 * OVERSAMPLING)
         x, y = self.pixels(np.array([pose.position]))[0]
         c, s = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
         nose = [(x + 2.2 * r * c, y - 2.2 * r * s), (x - r * s, y - r * c), (x + r * s, y + r * c)]

@@ -27,12 +27,13 @@ from experiments.tum_file import Trajectory, write_tum
 from occmap.geometry import Pose2
 from occmap.pgm import write_pgm
 from sim.building import Box
+from sim.starts import BODY_RADIUS_M
 from sim.truth import TruthGrid, explorable, truth_grid
 from tests.ascii_maps import ascii_map
 from tests.experiments.commands import mistake
 from tests.sim.rooms import room
 
-RESOLUTION_M, BODY_M = 0.1, 0.17
+RESOLUTION_M = 0.1
 FEW = OracleConfig(rounds=15, more_rounds=10)
 
 FOUR_ROOMS = """####################
@@ -55,7 +56,7 @@ WEST = ((0.0, 0.0), (5.4, 0.0), (5.4, 6.0), (0.0, 6.0))
 
 def floor_of(wall: np.ndarray, start: tuple[float, float], range_m: float = 12.0) -> Floor:
     truth, pose = TruthGrid(RESOLUTION_M, (0.0, 0.0), wall), Pose2(*start, 0.0)
-    return Floor(truth, explorable(truth, pose, BODY_M, range_m), pose, BODY_M, range_m)
+    return Floor(truth, explorable(truth, pose, BODY_RADIUS_M, range_m), pose, BODY_RADIUS_M, range_m)
 
 
 def drawn(picture: str, cells: int = 5) -> np.ndarray:
@@ -133,7 +134,7 @@ def walled_up() -> Floor:
                     #....#...#
                     #....#...#
                     ##########""")
-    return Floor(TruthGrid(RESOLUTION_M, (0.0, 0.0), wall), ~wall, Pose2(1.5, 1.25, 0.0), BODY_M, 12.0)
+    return Floor(TruthGrid(RESOLUTION_M, (0.0, 0.0), wall), ~wall, Pose2(1.5, 1.25, 0.0), BODY_RADIUS_M, 12.0)
 
 
 def test_where_nobody_sees_enough_there_are_no_figures(walled_up):
@@ -197,7 +198,7 @@ def test_no_tour_is_shorter_than_the_bound_wherever_it_stops(size_m, start, rang
     """In small rooms some centimetres count: a few cells ahead a robot sees what no place sees."""
     pose = Pose2(*start, 0.0)
     truth = truth_grid(room(*size_m, pose, solids), 0.05)
-    floor = Floor(truth, explorable(truth, pose, BODY_M, range_m), pose, BODY_M, range_m)
+    floor = Floor(truth, explorable(truth, pose, BODY_RADIUS_M, range_m), pose, BODY_RADIUS_M, range_m)
     assert lower_bound_m(floor, ENOUGH) <= near_shortest_tour(floor, config=FEW).length_m
 
 
@@ -244,7 +245,7 @@ def in_four_rooms(folder) -> ExperimentConfig:
 def leave_run(folder, floor: Floor, trail: np.ndarray, **config: object) -> None:
     """What a finished run's folder holds, as far as an oracle reads it."""
     write_truth(floor.truth, folder / "truth")
-    mask = explorable(floor.truth, Pose2(*trail[0], 0.0), BODY_M, floor.range_m)
+    mask = explorable(floor.truth, Pose2(*trail[0], 0.0), BODY_RADIUS_M, floor.range_m)
     write_pgm(folder / "explorable.pgm", np.where(mask[::-1], 255, 0).astype(np.uint8))
     poses = np.column_stack((trail, np.zeros(len(trail))))
     write_tum(folder / "truth.tum", Trajectory(0.1 * np.arange(len(trail)), poses))

@@ -14,7 +14,7 @@ from sim.building import Box, Building, Cylinder, Door, Room
 from sim.building_mjcf import load_mjcf, save_mjcf
 from sim.model_files import model_path
 from sim.plan_images import load_plan
-from sim.starts import ALIGNED_RAD, with_start
+from sim.starts import ALIGNED_RAD, BODY_RADIUS_M, with_start
 from sim.truth import explorable, reachable, truth_grid
 
 WALLS = (Box(2.0, 0.0, 2.0, 0.1), Box(2.0, 3.0, 2.0, 0.1), Box(0.0, 1.5, 0.1, 1.6), Box(4.0, 1.5, 0.1, 1.6))
@@ -144,7 +144,7 @@ def test_a_plan_that_one_could_walk_out_of_is_fenced_in(tmp_path: Path):
         f'<mujoco><worldbody>{boxes}<site name="start" pos="0 1.5 0" euler="0 0 20"/></worldbody></mujoco>'
     )
     building = load_plan(path, np.random.default_rng(0))
-    seen = explorable(truth_grid(building, 0.05), building.start, 0.17, 12.0)
+    seen = explorable(truth_grid(building, 0.05), building.start, BODY_RADIUS_M, 12.0)
     assert len(building.solids) == 6
     assert not seen[[0, -1], :].any()
     assert not seen[:, [0, -1]].any()
@@ -154,7 +154,7 @@ def test_a_plan_that_one_could_walk_out_of_is_fenced_in(tmp_path: Path):
 def test_in_the_plans_made_by_hand_the_start_reaches_all_rooms(name: str):
     building = load_plan(model_path(f"plans/{name}.xml"), np.random.default_rng(0))
     truth = truth_grid(building, 0.05)
-    reached = reachable(truth, building.start, 0.17)
+    reached = reachable(truth, building.start, BODY_RADIUS_M)
     assert len(building.rooms) >= 5
     assert len(building.doors) >= 4
     for room in building.rooms:

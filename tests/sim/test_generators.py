@@ -16,12 +16,11 @@ from sim.building import Box, Building, Cylinder
 from sim.generators import LEAST_SIZE_M, BuildingConfig, generate
 from sim.generators.furniture import footprint_m2
 from sim.generators.spaces import Space, doorway, mouth, shared_wall, walls_of
-from sim.starts import ALIGNED_RAD, with_start
+from sim.starts import ALIGNED_RAD, BODY_RADIUS_M, with_start
 from sim.truth import LIDAR_HEIGHT_M, explorable, reachable, truth_grid
 
 KINDS = ("office", "apartment", "maze", "hall")
 SEEDS = range(6)
-BODY_M = 0.17
 
 each_building = pytest.mark.parametrize(("kind", "seed"), [(kind, seed) for kind in KINDS for seed in SEEDS])
 each_furnished = pytest.mark.parametrize(
@@ -54,7 +53,7 @@ def digest(building: Building) -> str:
 def test_the_start_reaches_all_rooms(kind: str, seed: int):
     building = built(kind, seed)
     truth = truth_grid(building, 0.05)
-    reached = reachable(truth, building.start, BODY_M)
+    reached = reachable(truth, building.start, BODY_RADIUS_M)
     for room in building.rooms:
         (x0, y0), (x1, y1) = truth.cell_from_world(np.array([room.low_m, room.high_m]))
         assert reached[y0:y1, x0:x1].mean() > 0.25, room.name
@@ -63,7 +62,7 @@ def test_the_start_reaches_all_rooms(kind: str, seed: int):
 @each_building
 def test_the_walls_enclose_the_building(kind: str, seed: int):
     building = built(kind, seed)
-    seen = explorable(truth_grid(building, 0.05), building.start, BODY_M, 12.0)
+    seen = explorable(truth_grid(building, 0.05), building.start, BODY_RADIUS_M, 12.0)
     assert not seen[[0, 1, -2, -1], :].any()
     assert not seen[:, [0, 1, -2, -1]].any()
     assert seen.sum() * 0.05**2 > 60.0
@@ -117,7 +116,7 @@ def _distance(solid: Box | Cylinder, x: float, y: float) -> float:
 def test_an_office_has_ten_rooms_and_a_loop(seed: int):
     building = built("office", seed)
     assert len(building.rooms) >= 10
-    reached = reachable(truth_grid(building, 0.05), building.start, BODY_M)
+    reached = reachable(truth_grid(building, 0.05), building.start, BODY_RADIUS_M)
     around, islands = ndimage.label(~reached)
     sizes = np.bincount(around.ravel())[1:] * 0.05**2
     assert islands >= 2

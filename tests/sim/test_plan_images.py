@@ -14,6 +14,7 @@ from occmap.geometry import Pose2
 from sim.building import Building
 from sim.nav2_map import MapMeta, find_image, free_cells, read_image
 from sim.plan_images import load_plan
+from sim.starts import BODY_RADIUS_M
 from sim.truth import explorable, truth_grid
 
 FREE, OCCUPIED, UNKNOWN = 254, 0, 205
@@ -61,7 +62,7 @@ def test_the_rebuilt_raster_equals_the_source(tmp_path: Path, name: str):
 def test_off_the_image_everything_is_solid(tmp_path: Path):
     building = load(write_map(tmp_path, ragged_image()))
     truth = truth_grid(building, 0.05)
-    seen = explorable(truth, building.start, 0.17, 12.0)
+    seen = explorable(truth, building.start, BODY_RADIUS_M, 12.0)
     assert seen.any()
     assert not seen[:, truth.cell_from_world(np.array([building.high_m]))[0, 0] :].any()
 

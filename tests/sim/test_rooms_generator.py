@@ -8,6 +8,7 @@ from scipy import ndimage
 
 from sim.generators import BuildingConfig, generate
 from sim.generators.rooms import CELL_M, CORRIDOR_M, draw_room, joined_pairs
+from sim.starts import BODY_RADIUS_M
 from sim.truth import reachable, truth_grid
 
 SIZE_M = (40.0, 30.0)
@@ -39,7 +40,7 @@ def test_all_floor_is_one_piece_and_walls_enclose_it(seed):
 def test_the_robot_gets_everywhere(seed):
     building = built(seed)
     truth = truth_grid(building, 0.1)
-    reached = reachable(truth, building.start, 0.17)
+    reached = reachable(truth, building.start, BODY_RADIUS_M)
     shunned_m = ndimage.distance_transform_edt(~reached) * truth.resolution_m
     (x0, y0), (x1, y1) = truth.cell_from_world(np.array([building.low_m, building.high_m]))
     inside = slice(y0, y1), slice(x0, x1)

@@ -11,6 +11,7 @@ import pytest
 
 from occmap.geometry import Pose2
 from sim.building import Box, Building, Cylinder, Door
+from sim.starts import BODY_RADIUS_M
 from sim.truth import (
     MARGIN_M,
     PLACE_SPACING_M,
@@ -23,8 +24,6 @@ from sim.truth import (
     truth_grid,
 )
 from tests.ascii_maps import ascii_map, cells
-
-BODY_M = 0.17
 
 
 def a_building(*solids: Box | Cylinder, doors: tuple[Door, ...] = ()) -> Building:
@@ -64,7 +63,7 @@ def is_clear(wall: np.ndarray, cells: list[tuple[int, int]]) -> bool:
 def explorable_by_hand(truth: TruthGrid, start: Pose2, range_m: float) -> np.ndarray:
     """The definition, word by word: every free cell against every place."""
     stride = max(1, math.floor(PLACE_SPACING_M / truth.resolution_m + 1e-6))
-    reached = reachable(truth, start, BODY_M)
+    reached = reachable(truth, start, BODY_RADIUS_M)
     places = [(ix, iy) for iy, ix in np.argwhere(reached).tolist() if ix % stride == 0 and iy % stride == 0]
     places.append(truth.cell_of(start))
     seen = np.zeros_like(truth.wall)
@@ -94,7 +93,7 @@ def random_rooms(seed: int) -> TruthGrid:
 def test_the_kernel_equals_its_twin(seed: int, range_m: float):
     truth = random_rooms(seed)
     start = at(truth, 41, 9)
-    found = explorable(truth, start, BODY_M, range_m)
+    found = explorable(truth, start, BODY_RADIUS_M, range_m)
     assert found.any()
     np.testing.assert_array_equal(found, explorable_by_hand(truth, start, range_m))
 
@@ -159,7 +158,7 @@ def test_a_gap_is_passed_if_the_body_and_the_margin_fit():
     for slot, passes in ((wide, True), (narrow, False)):
         room = "\n".join(["#" + "." * 23 + "#"] * 9)
         truth = drawn(f"{'#' * 25}\n{room}\n{slot}\n{room}\n{'#' * 25}")
-        reached = reachable(truth, at(truth, 12, 4), BODY_M)
+        reached = reachable(truth, at(truth, 12, 4), BODY_RADIUS_M)
         assert reached[4, 12]
         assert reached[15, 12] == passes  # 5 cells are 0.50 m: 2 * (0.17 + 0.05) = 0.44 fits, 0.40 does not
 
@@ -167,7 +166,7 @@ def test_a_gap_is_passed_if_the_body_and_the_margin_fit():
 def test_a_room_behind_a_slot_is_seen_through_it_but_only_there():
     room = "\n".join(["#" + "." * 23 + "#"] * 9)
     truth = drawn(f"{'#' * 25}\n{room}\n{'#' * 12 + '.' + '#' * 12}\n{room}\n{'#' * 25}")
-    seen = explorable(truth, at(truth, 12, 4), BODY_M, 12.0)
+    seen = explorable(truth, at(truth, 12, 4), BODY_RADIUS_M, 12.0)
     assert seen[1:10, 1:24].all()
     assert seen[15, 12]
     assert not seen[12, 1]
@@ -185,14 +184,14 @@ def test_walls_that_touch_at_a_corner_are_closed_there():
                         #..............#
                         #..............#
                         ################""")
-    seen = explorable(truth, at(truth, 4, 2), BODY_M, 12.0)
+    seen = explorable(truth, at(truth, 4, 2), BODY_RADIUS_M, 12.0)
     assert not seen[7:10, 8:15].any()
 
 
 def test_a_start_in_a_closed_room_sees_that_room_alone():
     room = "\n".join(["#" + "." * 9 + "#" + "." * 9 + "#"] * 9)
     truth = drawn(f"{'#' * 21}\n{room}\n{'#' * 21}")
-    seen = explorable(truth, at(truth, 5, 5), BODY_M, 12.0)
+    seen = explorable(truth, at(truth, 5, 5), BODY_RADIUS_M, 12.0)
     assert seen[1:10, 1:10].all()
     assert seen.sum() == 81
 
@@ -201,19 +200,22 @@ def test_the_start_is_a_place_even_where_the_body_cannot_turn():
     truth = drawn("""#######
                      #.....#
                      #######""")
-    assert cells(explorable(truth, at(truth, 3, 1), BODY_M, 12.0)) == {(x, 1) for x in range(1, 6)}
+    assert cells(explorable(truth, at(truth, 3, 1), BODY_RADIUS_M, 12.0)) == {(x, 1) for x in range(1, 6)}
 
 
 def test_a_start_beside_a_wall_belongs_to_the_floor_next_to_it():
     truth = random_rooms(0)
     near_wall, inside = at(truth, 42, 1), at(truth, 41, 9)
-    assert not reachable(truth, inside, BODY_M)[1, 42]
-    np.testing.assert_array_equal(reachable(truth, near_wall, BODY_M), reachable(truth, inside, BODY_M))
+    assert not reachable(truth, inside, BODY_RADIUS_M)[1, 42]
+    np.testing.assert_array_equal(
+        reachable(truth, near_wall, BODY_RADIUS_M), reachable(truth, inside, BODY_RADIUS_M)
+    )
 
 
 def test_range_limits_what_is_seen():
     truth = drawn("#" * 100 + "\n" + "." * 100 + "\n" + "#" * 100)
-    seen = explorable(truth, at(truth, 10, 1), BODY_M, 3.0)  # too narrow to move: no place but the start
+    # Too narrow to move: no place but the start.
+    seen = explorable(truth, at(truth, 10, 1), BODY_RADIUS_M, 3.0)
     assert np.flatnonzero(seen[1]).max() == 40
 
 
@@ -234,9 +236,9 @@ def test_rim_and_surface_face_each_other():
 def test_mistakes_are_named():
     truth = random_rooms(0)
     with pytest.raises(ValueError, match="inside a wall"):
-        explorable(truth, at(truth, 0, 0), BODY_M, 12.0)
+        explorable(truth, at(truth, 0, 0), BODY_RADIUS_M, 12.0)
     with pytest.raises(ValueError, match="outside"):
-        explorable(truth, Pose2(-3.0, 0.0, 0.0), BODY_M, 12.0)
+        explorable(truth, Pose2(-3.0, 0.0, 0.0), BODY_RADIUS_M, 12.0)
     for resolution_m in (0.0, -0.05, math.nan):
         with pytest.raises(ValueError, match="resolution_m must be positive"):
             truth_grid(a_building(), resolution_m)

@@ -15,6 +15,7 @@ from sim.faults import FaultsConfig, PhysicsFault
 from sim.model_files import model_path
 from sim.scene import building_scene
 from sim.solids import SolidArrays
+from sim.starts import BODY_RADIUS_M
 from sim.truth import LIDAR_HEIGHT_M
 from sim.world import World
 from tests.sim.rooms import robot_in, room
@@ -42,6 +43,7 @@ def test_a_missing_model_is_named():
 def test_the_chassis_encloses_all_of_the_robot_that_is_low_enough_to_touch_a_wall():
     model = World(room(4.0, 4.0, Pose2(2.0, 2.0, 0.0))).model
     radius = model.geom("chassis").size[0]
+    assert radius == BODY_RADIUS_M
     track, wheel = model.body("left_wheel").pos[1], model.geom("left_wheel").size
     assert math.hypot(track + wheel[1], wheel[0]) < radius
     for name in ("front_caster", "rear_caster"):
