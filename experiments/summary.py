@@ -7,6 +7,7 @@ import math
 import platform
 import resource
 import struct
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from importlib import metadata
 from pathlib import Path
@@ -21,6 +22,8 @@ from experiments.motion import motion
 from experiments.outcome import Outcome
 from experiments.run import Run
 from experiments.trajectory import absolute_error_m, drift_per_m
+from occmap.decision import UnknownLeft
+from occmap.geometry import Pose2
 from occmap.grid import OccupancyGrid
 from occmap.stopwatch import Stopwatch
 
@@ -76,9 +79,10 @@ def summarise(run: Run) -> Summary:
     experiment, truth, decision = run.experiment, run.end, run.last.decision
     score = run.curve.latest.score
     true, believed = run.trajectory.true, run.trajectory.believed
+    unknown_left = experiment.explorer.certificate()
     return Summary(
         status=run.outcome.value,
-        honest=_honest(run),
+        honest=_honest(run, unknown_left),
         explored=score.explored,
         known=score.known,
         wrong=score.wrong,
@@ -102,7 +106,7 @@ def summarise(run: Run) -> Summary:
         motion=motion(true, run.drives.drives, truth.path_length_m, truth.time_s),
         milestones={str(percent): milestone(run.curve.samples, percent / 100.0) for percent in MILESTONES},
         decision_ms=_quantiles_ms(run.stopwatch),
-        unknown_left=_unknown_left(run),
+        unknown_left=_rows(unknown_left, experiment.world_from_map),
         building=experiment.building_summary,
         seed=experiment.config.seed,
         peak_memory_mb=peak_memory_mb(),
@@ -112,7 +116,7 @@ def summarise(run: Run) -> Summary:
     )
 
 
-def _honest(run: Run) -> bool:
+def _honest(run: Run, unknown_left: Sequence[UnknownLeft]) -> bool:
     world = run.experiment.robot.world
     if run.outcome is Outcome.SEALED_IN and not closed_doors(world):
         return False
@@ -120,7 +124,7 @@ def _honest(run: Run) -> bool:
     return is_honest(
         run.outcome,
         scorer.unexplored(run.last.grid),
-        run.experiment.explorer.certificate(),
+        unknown_left,
         scorer.truth,
         scorer.world_from_map,
         lambda: floor_in_reach(run.experiment.config, scorer.truth, world),
@@ -162,11 +166,11 @@ def _quantiles_ms(stopwatch: Stopwatch) -> dict[str, float]:
     return {"p50": float(p50), "p99": float(p99), "max": float(laps_ms.max())}
 
 
-def _unknown_left(run: Run) -> list[dict[str, Any]]:
+def _rows(unknown_left: Sequence[UnknownLeft], world_from_map: Pose2) -> list[dict[str, Any]]:
     """The certificate, in `world`."""
     rows = []
-    for left in run.experiment.explorer.certificate():
-        x_m, y_m = run.experiment.world_from_map.apply(np.array([left.in_map]))[0]
+    for left in unknown_left:
+        x_m, y_m = world_from_map.apply(np.array([left.in_map]))[0]
         rows.append(
             {
                 "x_m": float(x_m),
