@@ -13,7 +13,7 @@ from occmap.goals import SAME_GOAL_M
 
 if TYPE_CHECKING:
     from experiments.episode import Step
-    from experiments.trajectory import Poses
+    from experiments.planar import Poses
     from occmap.goals import Goal
 
 STRETCH_M = 1.0

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from experiments.trajectory import Poses
+Poses = NDArray[np.float64]
+"""(n, 3) x (m), y (m), yaw (rad)."""
 
 
 def between(begin: Poses, end: Poses) -> Poses:

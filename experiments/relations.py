@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 
 from experiments.error_statistics import Statistics
 from experiments.number_rows import read_rows
-from experiments.planar import between
-from experiments.trajectory import Poses
+from experiments.planar import Poses, between
 from experiments.tum_file import Trajectory
 
 STAMP_TOLERANCE_S = 1e-4

@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-import math
 from array import array
-from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from experiments.planar import Poses, between
+from experiments.tum_file import tum
 from occmap.geometry import Pose2
 
 if TYPE_CHECKING:
     from experiments.episode import Step
-
-Poses = NDArray[np.float64]
-"""(n, 3) x (m), y (m), yaw (rad)."""
 
 
 class TrajectoryLog:
@@ -71,21 +67,6 @@ def drift_per_m(true: Poses, believed: Poses) -> float:
     if not len(begins):
         return 0.0
     ends = ends[begins]
-    error_m = motion(true, begins, ends) - motion(believed, begins, ends)
+    moved, believed_moved = (between(poses[begins], poses[ends]) for poses in (true, believed))
+    error_m = (moved - believed_moved)[:, :2]
     return float(np.mean(np.hypot(*error_m.T) / (travelled_m[ends] - travelled_m[begins])))
-
-
-def motion(poses: Poses, begins: NDArray[np.int64], ends: NDArray[np.int64]) -> NDArray[np.float64]:
-    """(k, 2) where each end lies, seen from its beginning."""
-    dx, dy = (poses[ends, :2] - poses[begins, :2]).T
-    c, s = np.cos(poses[begins, 2]), np.sin(poses[begins, 2])
-    return np.column_stack((c * dx + s * dy, c * dy - s * dx))
-
-
-def tum(times_s: Iterable[float], poses: Poses) -> str:
-    """Lines of `t x y z qx qy qz qw`, as the TUM benchmark and `evo` read them."""
-    lines = [
-        f"{t:.6f} {x:.9f} {y:.9f} 0 0 0 {math.sin(yaw / 2):.12f} {math.cos(yaw / 2):.12f}\n"
-        for t, (x, y, yaw) in zip(times_s, poses, strict=True)
-    ]
-    return "".join(lines)

@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from experiments.error_statistics import Statistics
-from experiments.planar import between
-from experiments.trajectory import Poses
+from experiments.planar import Poses, between
 from experiments.tum_file import Trajectory
 
 Unit = Literal["frames", "m"]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from experiments.number_rows import read_rows
-from experiments.trajectory import Poses, tum
+from experiments.planar import Poses
 from occmap.geometry import Pose2
 
 
@@ -42,6 +44,15 @@ class Trajectory:
         nearer = np.abs(self.times_s[after] - times_s) < np.abs(self.times_s[before] - times_s)
         index = np.where(nearer, after, before)
         return index, np.abs(self.times_s[index] - times_s)
+
+
+def tum(times_s: Iterable[float], poses: Poses) -> str:
+    """Lines of `t x y z qx qy qz qw`, as the TUM benchmark and `evo` read them."""
+    lines = [
+        f"{t:.6f} {x:.9f} {y:.9f} 0 0 0 {math.sin(yaw / 2):.12f} {math.cos(yaw / 2):.12f}\n"
+        for t, (x, y, yaw) in zip(times_s, poses, strict=True)
+    ]
+    return "".join(lines)
 
 
 def write_tum(path: Path, trajectory: Trajectory) -> None:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from experiments.trajectory import absolute_error_m, drift_per_m, tum
+from experiments.trajectory import absolute_error_m, drift_per_m
 
 
 def straight(n: int, step_m: float) -> np.ndarray:
@@ -34,10 +34,3 @@ def test_drift_does_not_depend_on_where_the_path_lies():
 
 def test_a_path_shorter_than_a_metre_has_no_drift_to_speak_of():
     assert drift_per_m(straight(5, 0.1), straight(5, 0.2)) == 0.0
-
-
-def test_tum_lines_hold_time_position_and_quaternion():
-    line = tum([1.5], np.array([[1.0, 2.0, np.pi / 2]]))
-    t, x, y, z, qx, qy, qz, qw = map(float, line.split())
-    assert (t, x, y, z, qx, qy) == (1.5, 1.0, 2.0, 0.0, 0.0, 0.0)
-    assert (qz, qw) == pytest.approx((np.sqrt(0.5), np.sqrt(0.5)))
