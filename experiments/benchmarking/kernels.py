@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import ctypes
 import math
-import shutil
-import subprocess
-import tempfile
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,6 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.benchmarking.c_twin import library_of
 from experiments.episode import episode
 from experiments.experiment import Experiment
 from occmap.clearance import ClearanceMap
@@ -113,7 +111,7 @@ class TimedMapper(Mapper):
 
 
 class CTwin:
-    """The lesson's loop, compiled by whatever C compiler there is, on a grid of its own."""
+    """The lesson's loop in C, on a grid of its own."""
 
     def __init__(self, library: ctypes.CDLL) -> None:
         self._library = library
@@ -122,13 +120,8 @@ class CTwin:
     @staticmethod
     def compiled() -> CTwin | None:
         """None where there is no compiler."""
-        compiler = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
-        if compiler is None:
-            return None
-        with tempfile.TemporaryDirectory() as place:
-            library = Path(place) / "twin.so"
-            subprocess.run([compiler, "-O3", "-shared", "-fPIC", "-o", library, C_SOURCE], check=True)
-            return CTwin(ctypes.CDLL(str(library)))
+        library = library_of(C_SOURCE)
+        return None if library is None else CTwin(library)
 
     def integrate(self, mapper: TimedMapper, grid: OccupancyGrid) -> float:
         """Spend the scan that the mapper has just spent; returns seconds."""

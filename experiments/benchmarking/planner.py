@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-import shutil
-import subprocess
-import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,13 +11,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.benchmarking.c_twin import library_of
 from experiments.benchmarking.rivals import milliseconds, path_rivals
 from occmap.grid import GridConfig, OccupancyGrid
 from occmap.planner import Planner
 from occmap.search import SearchMemory, SearchRequest
 from occmap.terrain import Terrain
 
-TWIN_SOURCE = Path(__file__).with_name("planner.c")
+C_SOURCE = Path(__file__).with_name("planner.c")
 Job = Callable[[], object]
 
 
@@ -58,7 +56,7 @@ def benchmark_planner(size_cells: int = 800, seed: int = 0, repeats: int = 7) ->
         "a_star": lambda: memory.search(terrain, terrain.flat(start), terrain.prices, a_star),
         "csgraph": lambda: csgraph_flood(terrain, terrain.flat(start)),
     }
-    twin = compile_twin()
+    twin = library_of(C_SOURCE)
     if twin is not None:
         jobs["flood_in_c"] = twin_search(twin, terrain, terrain.flat(start), -1, flood)
         jobs["a_star_in_c"] = twin_search(twin, terrain, terrain.flat(start), terrain.flat(goal), a_star)
@@ -153,17 +151,6 @@ def csgraph_flood(terrain: Terrain, start: int) -> NDArray[np.float64]:
     rows, columns, costs = (np.concatenate(parts) for parts in zip(*ends, strict=True))
     graph = coo_array((costs.astype(float), (rows, columns)), shape=(ny * nx, ny * nx)).tocsr()
     return dijkstra(graph, indices=start)
-
-
-def compile_twin() -> ctypes.CDLL | None:
-    """The search in C, compiled with -O3; None where there is no compiler."""
-    compiler = next((name for name in ("cc", "gcc", "clang") if shutil.which(name)), None)
-    if compiler is None:
-        return None
-    with tempfile.TemporaryDirectory() as folder:
-        library = Path(folder) / "planner_twin.so"
-        subprocess.run([compiler, "-O3", "-shared", "-fPIC", "-o", library, TWIN_SOURCE], check=True)
-        return ctypes.CDLL(str(library))
 
 
 def twin_search(twin: ctypes.CDLL, terrain: Terrain, start: int, target: int, request: SearchRequest) -> Job:

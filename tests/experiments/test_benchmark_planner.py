@@ -3,13 +3,8 @@
 import numpy as np
 import pytest
 
-from experiments.benchmarking.planner import (
-    benchmark_planner,
-    compile_twin,
-    csgraph_flood,
-    office,
-    twin_search,
-)
+from experiments.benchmarking.c_twin import library_of
+from experiments.benchmarking.planner import C_SOURCE, benchmark_planner, csgraph_flood, office, twin_search
 from occmap.planner import Planner
 from occmap.search import SearchMemory, SearchRequest
 
@@ -28,7 +23,7 @@ def test_the_twin_in_c_and_scipy_find_the_costs_of_the_kernel(terrain):
     by_scipy = csgraph_flood(terrain, start)
     np.testing.assert_array_equal(np.isfinite(by_scipy), reached)
     np.testing.assert_array_equal(by_scipy[reached], memory.cost[reached])
-    twin = compile_twin()
+    twin = library_of(C_SOURCE)
     if twin is None:
         pytest.skip("no C compiler")
     job = twin_search(twin, terrain, start, -1, request)
@@ -37,7 +32,7 @@ def test_the_twin_in_c_and_scipy_find_the_costs_of_the_kernel(terrain):
 
 
 def test_the_twin_in_c_finds_the_same_way_by_a_star(terrain):
-    twin = compile_twin()
+    twin = library_of(C_SOURCE)
     if twin is None:
         pytest.skip("no C compiler")
     memory, start, goal = SearchMemory(), terrain.flat((7, 7)), (192, 192)
