@@ -1,4 +1,4 @@
-"""How well and how fast recorded logs are mapped, and pose graphs solved: the table of the README.
+"""How well and how fast recorded logs are mapped, and pose graphs solved: the tables of docs/replay.md.
 
 python -m experiments.benchmark_slam intel.clf.bz2 fr079.clf.bz2 manhattanOlson3500.g2o
 """
@@ -37,9 +37,9 @@ GRAPH_COLUMNS = ("pose graph", "nodes", "edges", "chi2 at the start", "chi2", "i
 
 @dataclass(frozen=True)
 class Command:
-    """Map recorded logs with the defaults, score them against the true relations, and print a table.
+    """Map recorded logs and solve pose graphs with the defaults, and print a table of each.
 
-    Errors are mean ± standard deviation of the absolute errors of all relations (Kümmerle et al. 2009).
+    Of logs: mean ± standard deviation of the absolute errors over all true relations (Kümmerle et al. 2009).
     """
 
     files: Annotated[tuple[Path, ...], tyro.conf.Positional]
@@ -68,8 +68,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def lines(logs: list[Path], graphs: list[Path]) -> Iterator[str]:
     """One table for the logs, one for the pose graphs, and what produced them."""
-    from importlib import metadata
-
     from experiments.summary import versions
 
     if logs:
@@ -80,8 +78,7 @@ def lines(logs: list[Path], graphs: list[Path]) -> Iterator[str]:
         yield header(GRAPH_COLUMNS)
         yield from map(graph_row, graphs)
         yield ""
-    made_with = versions() | {"qdldl": metadata.version("qdldl")}
-    yield ", ".join(f"{name} {version}" for name, version in made_with.items())
+    yield ", ".join(f"{name} {version}" for name, version in versions().items())
 
 
 def header(columns: Sequence[str]) -> str:
@@ -96,14 +93,12 @@ def row(cells: Sequence[object]) -> str:
 def log_row(path: Path) -> str:
     """Map one log and say what came of it."""
     from experiments.logs.log import read_log
-    from experiments.relations import read_relations, score_relations
+    from experiments.relations import relations_beside, score_relations
     from experiments.replaying.results import quantiles_ms
     from experiments.replaying.runner import ReplayConfig, replay
 
     name = path.name.split(".")[0]
-    relations_file = path.with_name(f"{name}.relations")
-    relations = read_relations(relations_file) if relations_file.exists() else None
-    log = read_log(path)
+    log, relations = read_log(path), relations_beside(path)
     slam, odometry = (replay(log, ReplayConfig(pose=pose)) for pose in ("slam", "odometry"))
     scores = [
         None if relations is None else score_relations(run.laser, relations) for run in (slam, odometry)
@@ -114,9 +109,7 @@ def log_row(path: Path) -> str:
         len(log.observations),
         *error_cells(scores[0]),
         PUBLISHED.get(name, ""),
-        ""
-        if scores[1] is None
-        else f"{scores[1].translation_m.mean:.2f} m, {scores[1].rotation_deg.mean:.1f} deg",
+        odometry_cell(scores[1]),
         f"{ms['p50']:.2f}, {ms['mean']:.2f}, {ms['max']:.1f}",
     )
     return row(cells)
@@ -128,6 +121,13 @@ def error_cells(score: RelationsScore | None) -> tuple[str, str]:
         return "", ""
     translation, rotation = score.translation_m, score.rotation_deg
     return f"{translation.mean:.4f} ± {translation.std:.4f}", f"{rotation.mean:.3f} ± {rotation.std:.3f}"
+
+
+def odometry_cell(score: RelationsScore | None) -> str:
+    """Both means, which are large; empty without true relations."""
+    if score is None:
+        return ""
+    return f"{score.translation_m.mean:.2f} m, {score.rotation_deg.mean:.1f} deg"
 
 
 def graph_row(path: Path) -> str:

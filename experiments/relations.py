@@ -53,6 +53,12 @@ def read_relations(path: Path) -> Relations:
     return Relations(values[:, 0], values[:, 1], values[:, [2, 3, 7]])
 
 
+def relations_beside(log: Path) -> Relations | None:
+    """NAME.relations beside NAME.clf.bz2; None if there is no such file."""
+    path = log.with_name(f"{log.name.split('.')[0]}.relations")
+    return read_relations(path) if path.exists() else None
+
+
 def score_relations(laser: Trajectory, relations: Relations) -> RelationsScore:
     """The errors of the laser's trajectory; ValueError if it has none of the relations' stamps."""
     begin, begin_off_s = laser.nearest(relations.begin_s)

@@ -70,13 +70,11 @@ def rows(path: Path, only: Sequence[str] = ()) -> Iterator[str]:
     from experiments.benchmark_slam import error_cells, row
     from experiments.logs.log import read_log
     from experiments.logs.perturbations import PERTURBATIONS
-    from experiments.relations import read_relations, score_relations
+    from experiments.relations import relations_beside, score_relations
     from experiments.tum_file import Trajectory
 
     name = path.name.split(".")[0]
-    relations_file = path.with_name(f"{name}.relations")
-    relations = read_relations(relations_file) if relations_file.exists() else None
-    log = read_log(path)
+    log, relations = read_log(path), relations_beside(path)
     truth = dict(mapped(log)[0].trajectory())
     for way in only or PERTURBATIONS:
         harder = PERTURBATIONS[way](log)
