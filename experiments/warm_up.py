@@ -61,7 +61,7 @@ def explore(config: ExperimentConfig) -> list[Observation]:
 
 
 def room() -> Building:
-    """4 m x 6 m and a wall in it."""
+    """A room of 6 m x 4 m, a wall in it."""
     walls = (
         Box(0.0, 2.0, 3.1, 0.1),
         Box(0.0, -2.0, 3.1, 0.1),

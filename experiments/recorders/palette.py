@@ -48,5 +48,5 @@ ACTIVITIES: dict[str, Rgb] = {
     "complete": (30, 160, 70),
     "sealed_in": (140, 90, 200),
     "stuck": (215, 40, 40),
-    "time_limit": (150, 110, 60),
 }
+"""By `Decision.activity`."""
