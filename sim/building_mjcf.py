@@ -21,12 +21,13 @@ from sim.truth import LIDAR_HEIGHT_M
 if TYPE_CHECKING:
     import mujoco
 
-COLOURS = {
+PLAN_COLOURS = {
     "wall": "0.85 0.84 0.8 1",
     "column": "0.6 0.6 0.62 1",
     "shelf": "0.45 0.55 0.7 1",
     "furniture": "0.65 0.48 0.32 1",
 }
+"""Those of models/plans. In films, kinds differ more (sim.scene)."""
 ROOM = "room:"
 """What the names of rooms' numerics begin with."""
 DOOR_COLOUR = "0.9 0.55 0.2 0.4"
@@ -60,9 +61,8 @@ def save_mjcf(building: Building, path: str | Path) -> None:
     }
     ET.SubElement(world, "geom", floor, rgba="0.75 0.78 0.75 1")
     for number, solid in enumerate(building.solids):
-        ET.SubElement(
-            world, "geom", _attributes(solid, number), rgba=COLOURS.get(solid.kind, COLOURS["furniture"])
-        )
+        rgba = PLAN_COLOURS.get(solid.kind, PLAN_COLOURS["furniture"])
+        ET.SubElement(world, "geom", _attributes(solid, number), rgba=rgba)
     for number, door in enumerate(building.doors):
         ET.SubElement(world, "site", _attributes(door.panel, number), rgba=DOOR_COLOUR, group=HIDDEN)
     start = building.start
