@@ -39,14 +39,6 @@ def read_g2o(path: Path, config: PoseGraphConfig | None = None) -> PoseGraph:
     return graph
 
 
-def write_g2o(path: Path, graph: PoseGraph) -> None:
-    """The graph's poses and edges; losses have no place in the format."""
-    lines = [f"VERTEX_SE2 {node} {_text(pose)}" for node, pose in enumerate(graph.poses)]
-    for (i, j), measured, information in zip(graph.ends, graph.measured, graph.information, strict=True):
-        lines.append(f"EDGE_SE2 {i} {j} {_text(measured)} {_text(information[_UPPER])}")
-    path.write_text("\n".join(lines) + "\n")
-
-
 def _symmetric(words: list[str]) -> np.ndarray:
     """(3, 3) matrix from its upper triangle, row by row."""
     if len(words) != 6:
@@ -54,7 +46,3 @@ def _symmetric(words: list[str]) -> np.ndarray:
     matrix = np.zeros((3, 3))
     matrix[_UPPER] = [float(word) for word in words]
     return matrix + np.triu(matrix, 1).T
-
-
-def _text(values: np.ndarray) -> str:
-    return " ".join(repr(float(value)) for value in values)

@@ -1,11 +1,11 @@
-"""g2o files: what is written reads back, and broken ones are refused by line."""
+"""g2o files: what they say becomes a graph, and broken ones are refused by line."""
 
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from experiments.logs.g2o import read_g2o, write_g2o
+from experiments.logs.g2o import read_g2o
 
 SQUARE = """\
 VERTEX_SE2 10 0 0 0
@@ -28,13 +28,14 @@ def test_a_square_closes(tmp_path: Path):
     np.testing.assert_allclose(graph.poses[:, :2], [(0, 0), (1, 0), (1, 1), (0, 1)], atol=1e-5)
 
 
-def test_written_and_read_back_is_the_same_graph(tmp_path: Path):
+def test_every_number_of_a_file_is_in_its_graph(tmp_path: Path):
     (tmp_path / "a.g2o").write_text(SQUARE)
     graph = read_g2o(tmp_path / "a.g2o")
-    write_g2o(tmp_path / "b.g2o", graph)
-    again = read_g2o(tmp_path / "b.g2o")
-    for name in ("poses", "ends", "measured", "information"):
-        np.testing.assert_array_equal(getattr(again, name), getattr(graph, name))
+    np.testing.assert_array_equal(graph.poses[:, :2], [(0, 0), (1.2, 0.1), (1.1, 0.9), (0.1, 1.1)])
+    np.testing.assert_array_equal(graph.poses[:, 2], [0, 1.4, 3.0, -1.5])
+    np.testing.assert_array_equal(graph.ends, [(0, 1), (1, 2), (2, 3), (3, 0)])
+    np.testing.assert_array_equal(graph.measured, [(1, 0, np.pi / 2)] * 4)
+    np.testing.assert_array_equal(graph.information[3], [(100, 1, 2), (1, 100, 3), (2, 3, 400)])
 
 
 @pytest.mark.parametrize(
