@@ -10,11 +10,14 @@ import numpy as np
 from occmap.geometry import Twist2
 from occmap.scan import Scan
 from sim.building import Building
-from sim.lidar import Lidar, LidarConfig
+from sim.lidar import Lidar
 from sim.lidar_noise import LidarStreams
 from sim.odometry import Odometry
 from sim.robot import Robot
 from sim.world import World
+
+DURATION_S = 60.0
+"""Simulated."""
 
 
 @dataclass(frozen=True)
@@ -34,16 +37,16 @@ class SimSpeed:
         return 1e3 / (self.sense_ms + self.act_ms + self.truth_ms)
 
 
-def benchmark_sim(building: Building, duration_s: float = 60.0, lidar: LidarConfig | None = None) -> SimSpeed:
+def benchmark_sim(building: Building) -> SimSpeed:
     """Let a robot wander about a building by a rule that costs next to nothing."""
     world = World(building)
     robot = Robot(
         world,
-        Lidar(world, LidarStreams.spawned(np.random.default_rng(0)), lidar),
+        Lidar(world, LidarStreams.spawned(np.random.default_rng(0))),
         Odometry(world, np.random.default_rng(1)),
     )
     sense_s = act_s = truth_s = 0.0
-    while robot.time_s < duration_s:
+    while robot.time_s < DURATION_S:
         began = time.process_time()
         scan = robot.sense().scan
         sensed = time.process_time()
