@@ -49,7 +49,7 @@ class RunFolder:
 
     @staticmethod
     def create_named(parent: Path, name: str) -> RunFolder:
-        """Make `parent/name`, or `parent/name-2`, ... if that is taken; a plan may bear any name."""
+        """Make `parent/name`, or `parent/name-2`, ... if that is taken; a plan may have any name."""
         name = re.sub(r"[^\w.-]+", "_", name).lstrip(".")
         try:
             parent.mkdir(parents=True, exist_ok=True)
