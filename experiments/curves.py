@@ -11,6 +11,8 @@ if TYPE_CHECKING:
     from experiments.episode import Step
     from experiments.scoring import MapScore, Scorer
 
+PERIOD_S = 2.0
+"""Between samples, in simulated time."""
 PROMPT_CELLS = 1_500_000
 """A building of 60 m x 60 m at 5 cm."""
 
@@ -28,17 +30,17 @@ class Sample:
 
 
 class ScoreCurve:
-    """A recorder that scores the map every period_s of simulated time, and at the end.
+    """A recorder that scores the map every PERIOD_S of simulated time, and at the end.
 
     Scoring a whole map costs milliseconds, so it is not done at every scan; of one beyond PROMPT_CELLS it
-    costs so much more that it is done as much less often. Recorders that show a
-    score read `latest`; those that draw curves read `samples`.
+    costs so much more that it is done as much less often. Recorders that show a score read `latest`; those
+    that draw curves read `samples`.
     """
 
-    def __init__(self, scorer: Scorer, period_s: float = 2.0) -> None:
+    def __init__(self, scorer: Scorer) -> None:
         self.samples: list[Sample] = []
         self._scorer = scorer
-        self._period_s = period_s * max(1.0, scorer.truth.wall.size / PROMPT_CELLS)
+        self._period_s = PERIOD_S * max(1.0, scorer.truth.wall.size / PROMPT_CELLS)
 
     @property
     def latest(self) -> Sample:

@@ -16,15 +16,16 @@ from experiments.tum_file import Trajectory
 
 Unit = Literal["frames", "m"]
 
+SAME_STAMP_S = 0.01
+"""Stamps no farther apart than this are of one moment: evo's default."""
 
-def associated(
-    reference: Trajectory, estimate: Trajectory, max_gap_s: float = 0.01
-) -> tuple[Trajectory, Trajectory]:
+
+def associated(reference: Trajectory, estimate: Trajectory) -> tuple[Trajectory, Trajectory]:
     """The poses of both at the same stamps: for each of the shorter one, the nearest of the longer one."""
     flipped = len(estimate) > len(reference)
     short, long = (reference, estimate) if flipped else (estimate, reference)
     index, gap_s = long.nearest(short.times_s)
-    near = gap_s <= max_gap_s
+    near = gap_s <= SAME_STAMP_S
     if not near.any():
         raise ValueError(
             f"no stamps in common: {reference.times_s[0]:.6f} to {reference.times_s[-1]:.6f} s and "

@@ -11,19 +11,21 @@ from sim.building import Door
 from sim.solids import Floats, SolidArrays
 from sim.truth import LIDAR_HEIGHT_M
 
+RISE_MPS = 1.0
+KEEP_OFF_M = 0.3
+"""Between the body and a panel that rises."""
+
 
 class ClosingDoors:
     """Panels that rise out of the floor like bollards, and stay up.
 
-    A panel takes about a second, and never rises into the robot: while the body is closer than `keep_off_m`,
+    A panel takes about a second, and never rises into the robot: while the body is closer than KEEP_OFF_M,
     it waits where it stands if the lidar sees it, and drops back into the floor if not. So whatever the robot
     can touch, it can see.
     """
 
-    def __init__(self, doors: Sequence[Door], rise_mps: float = 1.0, keep_off_m: float = 0.3) -> None:
+    def __init__(self, doors: Sequence[Door]) -> None:
         self._panels = SolidArrays.of([door.panel for door in doors])
-        self._rise_mps = rise_mps
-        self._keep_off_m = keep_off_m
         self.height_m: Floats = np.zeros(len(doors))  # (n,) how far each stands out of the floor
         self.standing = self._panels.take(np.zeros(0, dtype=np.int64))
 
@@ -34,8 +36,8 @@ class ClosingDoors:
 
     def advance(self, dt_s: float, x_m: float, y_m: float, body_radius_m: float) -> None:
         """Raise what may rise and drop what must, with the robot's body standing at a place."""
-        in_the_way = self._panels.distance_m(x_m, y_m) < body_radius_m + self._keep_off_m
-        raised = np.minimum(self.height_m + self._rise_mps * dt_s, self._panels.height_m)
+        in_the_way = self._panels.distance_m(x_m, y_m) < body_radius_m + KEEP_OFF_M
+        raised = np.minimum(self.height_m + RISE_MPS * dt_s, self._panels.height_m)
         kept = np.where(self.height_m > LIDAR_HEIGHT_M, self.height_m, 0.0)
         self.height_m = np.where(in_the_way, kept, raised)
         up = np.flatnonzero(self.height_m > 0.0)

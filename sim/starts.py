@@ -20,7 +20,7 @@ ALIGNED_RAD = math.radians(8.0)
 """A random start is turned at least this far away from the axes: walls then cross the cells askew."""
 
 
-def with_start(building: Building, start: Pose2, body_radius_m: float = BODY_RADIUS_M) -> Building:
+def with_start(building: Building, start: Pose2) -> Building:
     """The same building, entered elsewhere; an error if the body does not fit there."""
     (x0, y0), (x1, y1) = building.low_m, building.high_m
     place = f"the start ({start.x_m:.2f}, {start.y_m:.2f})"
@@ -29,9 +29,9 @@ def with_start(building: Building, start: Pose2, body_radius_m: float = BODY_RAD
     nearest_m = float(np.min(SolidArrays.of(building.solids).distance_m(*start.position), initial=math.inf))
     if nearest_m <= 0.0:
         raise ValueError(f"{place} is inside a wall: choose a place on free floor")
-    if nearest_m < body_radius_m:
+    if nearest_m < BODY_RADIUS_M:
         raise ValueError(
-            f"{place} is {nearest_m:.2f} m from a solid, but the robot's radius is {body_radius_m:.2f} m: "
+            f"{place} is {nearest_m:.2f} m from a solid, but the robot's radius is {BODY_RADIUS_M:.2f} m: "
             "move it away from walls and furniture"
         )
     return replace(building, start=start)

@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 
 from occmap.geometry import Pose2
-from occmap.localization.pose_graph import PoseGraph, PoseGraphConfig
+from occmap.localization.pose_graph import PoseGraph
 
 _UPPER = np.triu_indices(3)
 
 
-def read_g2o(path: Path, config: PoseGraphConfig | None = None) -> PoseGraph:
+def read_g2o(path: Path) -> PoseGraph:
     """The graph of a g2o file, its nodes numbered in the order of their ids."""
     vertices: dict[int, Pose2] = {}
     edges: list[tuple[int, int, Pose2, np.ndarray]] = []
@@ -30,7 +30,7 @@ def read_g2o(path: Path, config: PoseGraphConfig | None = None) -> PoseGraph:
                 raise ValueError(f"unknown tag {words[0]}; a 2D pose graph has VERTEX_SE2 and EDGE_SE2")
         except (IndexError, TypeError, ValueError) as error:
             raise ValueError(f"{path}, line {number}: {error}") from error
-    graph = PoseGraph(config)
+    graph = PoseGraph()
     node_of = {vertex: graph.add_node(vertices[vertex]) for vertex in sorted(vertices)}
     for i, j, i_from_j, information in edges:
         if i not in node_of or j not in node_of:

@@ -20,6 +20,8 @@ LEGEND: tuple[tuple[str, palette.Rgb], ...] = (
     ("path", palette.PATH),
     ("robot and trail", palette.ROBOT),
 )
+LEGEND_PX = 15
+"""Of its letters."""
 
 
 @lru_cache
@@ -52,12 +54,12 @@ def progress(snapshot: Snapshot) -> str:
     return f"{clock(snapshot.time_s)}   {explored}{snapshot.path_length_m:.0f} m driven"
 
 
-def draw_legend(picture: Image.Image, left_px: float, middle_px: float, size_px: int = 15) -> None:
+def draw_legend(picture: Image.Image, left_px: float, middle_px: float) -> None:
     """Coloured squares with their names, from left to right."""
     draw = ImageDraw.Draw(picture)
     for name, colour in LEGEND:
-        half = size_px * 0.45
+        half = LEGEND_PX * 0.45
         box = (left_px, middle_px - half, left_px + 2 * half, middle_px + half)
         draw.rectangle(box, fill=colour, outline=palette.INK)
-        write(picture, (left_px + size_px * 1.3, middle_px), name, size_px)
-        left_px += size_px * 2.6 + draw.textlength(name, font=font(size_px))
+        write(picture, (left_px + LEGEND_PX * 1.3, middle_px), name, LEGEND_PX)
+        left_px += LEGEND_PX * 2.6 + draw.textlength(name, font=font(LEGEND_PX))

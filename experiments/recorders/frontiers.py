@@ -14,6 +14,9 @@ if TYPE_CHECKING:
     from occmap.decision import Decision
     from occmap.frontiers import Frontier
 
+SAME_FRONTIER_M = 1.0
+"""No farther from where it was when the goal was set, a frontier is taken to be the same one."""
+
 
 def cells_in_map(frontier: Frontier, resolution_m: float) -> Points:
     """(n, 2) the centres of a frontier's cells, in the map frame.
@@ -32,7 +35,7 @@ def frontier_colour(frontier: Frontier) -> palette.Rgb:
     return palette.FRONTIERS[(math.floor(x_m / 2.0) * 3 + math.floor(y_m / 2.0) * 5) % len(palette.FRONTIERS)]
 
 
-def chosen_frontier(decision: Decision, within_m: float = 1.0) -> Frontier | None:
+def chosen_frontier(decision: Decision) -> Frontier | None:
     """The frontier of this decision that the goal was set for.
 
     Matched by place: a goal keeps the frontier it was made from, which later scans nibble at.
@@ -41,4 +44,4 @@ def chosen_frontier(decision: Decision, within_m: float = 1.0) -> Frontier | Non
         return None
     goal_m = decision.goal.frontier.centroid_in_map
     nearest = min(decision.frontiers, key=lambda f: math.dist(f.centroid_in_map, goal_m))
-    return nearest if math.dist(nearest.centroid_in_map, goal_m) <= within_m else None
+    return nearest if math.dist(nearest.centroid_in_map, goal_m) <= SAME_FRONTIER_M else None

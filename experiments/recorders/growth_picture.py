@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from experiments.episode import Step
 
 GAP_PX, CAPTION_PX = 10, 26
+COLUMNS = 3
+"""At most so many panels side by side."""
 
 
 class GrowthPicture:
@@ -78,11 +80,11 @@ def evenly_grown(shots: Sequence[Snapshot], count: int) -> list[Snapshot]:
     return [shots[k] for k in sorted({0, *between, len(shots) - 1})]
 
 
-def side_by_side(panels: Sequence[Image.Image], columns: int = 3) -> Image.Image:
+def side_by_side(panels: Sequence[Image.Image]) -> Image.Image:
     """Panels of one size in rows."""
     width, height = panels[0].width + GAP_PX, panels[0].height + GAP_PX
-    rows = -(-len(panels) // columns)
-    sheet = Image.new("RGB", (min(columns, len(panels)) * width + GAP_PX, rows * height + GAP_PX), PAPER)
+    rows = -(-len(panels) // COLUMNS)
+    sheet = Image.new("RGB", (min(COLUMNS, len(panels)) * width + GAP_PX, rows * height + GAP_PX), PAPER)
     for k, panel in enumerate(panels):
-        sheet.paste(panel, (GAP_PX + k % columns * width, GAP_PX + k // columns * height))
+        sheet.paste(panel, (GAP_PX + k % COLUMNS * width, GAP_PX + k // COLUMNS * height))
     return sheet

@@ -19,16 +19,19 @@ if TYPE_CHECKING:
 OVERSAMPLING = 2
 """Pillow draws without anti-aliasing; averaging this many pixels a side does it."""
 
+MARGIN_SHARE = 0.03
+"""Of a building's width or height, left free at either side of it."""
+
 INDEX_OF_BELIEF = palette.BELIEF.ravel().tolist()
 
 
 class TopView:
     """Where metres fall on a picture of `size_px` (width, height) that shows a whole building."""
 
-    def __init__(self, building: Building, size_px: tuple[int, int], margin: float = 0.03) -> None:
+    def __init__(self, building: Building, size_px: tuple[int, int]) -> None:
         self.size_px = size_px
         self._fine_px = (size_px[0] * OVERSAMPLING, size_px[1] * OVERSAMPLING)
-        span_m = np.subtract(building.high_m, building.low_m) * (1.0 + 2.0 * margin)
+        span_m = np.subtract(building.high_m, building.low_m) * (1.0 + 2.0 * MARGIN_SHARE)
         self._px_per_m = float(np.min(self._fine_px / span_m))
         self._centre_m = np.add(building.low_m, building.high_m) / 2.0
         self._lattice: tuple[Pose2, float, np.ndarray, np.ndarray] | None = None

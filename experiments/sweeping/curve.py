@@ -14,9 +14,9 @@ POINTS = 100
 """At most so many are kept of a curve: finer than a plot shows."""
 
 
-def curve_of(samples: Sequence[Sample], points: int = POINTS) -> dict[str, list[float]]:
+def curve_of(samples: Sequence[Sample]) -> dict[str, list[float]]:
     """`seconds`, `metres`, `explored` at instants spread evenly over the run, first and last among them."""
-    chosen = np.unique(np.linspace(0, len(samples) - 1, min(points, len(samples))).round().astype(int))
+    chosen = np.unique(np.linspace(0, len(samples) - 1, min(POINTS, len(samples))).round().astype(int))
     kept = [samples[index] for index in chosen]
     return {
         "seconds": [round(sample.time_s, 1) for sample in kept],

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 SIDE_PX = 360
 """The longer side is at most this long."""
+MARGIN_CELLS = 4
+"""Left around what can be explored, for its walls."""
 MISSED, TRAIL = 3, 4
 COLOURS = (*(tuple(int(v) for v in rgb) for rgb in palette.BELIEF), palette.GOAL, palette.TRAIL)
 """Of unknown, free and occupied, of what could have been explored and was not, and of the way driven."""
@@ -52,10 +54,10 @@ def reduced(classes: NDArray[np.uint8], step: int) -> NDArray[np.uint8]:
     return padded.reshape(ny // step, step, nx // step, step).max(axis=(1, 3))
 
 
-def _seen_box(explorable: NDArray[np.bool_], margin: int = 4) -> tuple[slice, slice]:
+def _seen_box(explorable: NDArray[np.bool_]) -> tuple[slice, slice]:
     """The rows and columns that hold all explorable cells, and a little more."""
     sides = []
     for axis in (1, 0):
         at = np.flatnonzero(explorable.any(axis=axis))
-        sides.append(slice(max(int(at[0]) - margin, 0), int(at[-1]) + 1 + margin))
+        sides.append(slice(max(int(at[0]) - MARGIN_CELLS, 0), int(at[-1]) + 1 + MARGIN_CELLS))
     return sides[0], sides[1]
