@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.planar import travelled_m
 from occmap.goals import SAME_GOAL_M
 
 if TYPE_CHECKING:
@@ -88,8 +89,8 @@ def motion(true: Poses, drives: list[Drive], path_length_m: float, time_s: float
 
 def bends_rad(places: NDArray[np.float64]) -> NDArray[np.float64]:
     """(k,) the change of direction from each stretch of STRETCH_M along places (n, 2) to the next."""
-    travelled_m = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(places, axis=0).T))))
-    joints = np.searchsorted(travelled_m, np.arange(0.0, travelled_m[-1], STRETCH_M))
+    along_m = travelled_m(places)
+    joints = np.searchsorted(along_m, np.arange(0.0, along_m[-1], STRETCH_M))
     dx, dy = np.diff(places[joints], axis=0).T
     headings = np.arctan2(dy, dx)
     return np.angle(np.exp(1j * np.diff(headings)))

@@ -1,9 +1,11 @@
-"""Rigid transforms of the plane, many at once: rows (x, y, yaw) of an (n, 3) array."""
+"""Poses and places of the plane, many at once, a row each."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+
+from occmap.geometry import Points
 
 Poses = NDArray[np.float64]
 """(n, 3) x (m), y (m), yaw (rad)."""
@@ -19,3 +21,8 @@ def between(begin: Poses, end: Poses) -> Poses:
 def wrapped(angle_rad: NDArray[np.float64]) -> NDArray[np.float64]:
     """The same angles in (-pi, pi]."""
     return np.pi - (np.pi - angle_rad) % (2.0 * np.pi)
+
+
+def travelled_m(places: Points) -> NDArray[np.float64]:
+    """(n,) metres along a path (n, 2) from its beginning to each of its places."""
+    return np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(places, axis=0).T))))

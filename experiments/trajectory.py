@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from experiments.planar import Poses, between
+from experiments.planar import Poses, between, travelled_m
 from experiments.tum_file import tum
 from occmap.geometry import Pose2
 
@@ -60,13 +60,12 @@ def drift_per_m(true: Poses, believed: Poses) -> float:
     Each stretch begins at a scan and ends at the first scan at least 1 m further along. 0 for a
     path shorter than that. Unlike the error at the end it does not vanish when the path closes.
     """
-    steps_m = np.hypot(*np.diff(true[:, :2], axis=0).T)
-    travelled_m = np.concatenate(([0.0], np.cumsum(steps_m)))
-    ends = np.searchsorted(travelled_m, travelled_m + 1.0)
+    along_m = travelled_m(true[:, :2])
+    ends = np.searchsorted(along_m, along_m + 1.0)
     begins = np.flatnonzero(ends < len(true))
     if not len(begins):
         return 0.0
     ends = ends[begins]
     moved, believed_moved = (between(poses[begins], poses[ends]) for poses in (true, believed))
     error_m = (moved - believed_moved)[:, :2]
-    return float(np.mean(np.hypot(*error_m.T) / (travelled_m[ends] - travelled_m[begins])))
+    return float(np.mean(np.hypot(*error_m.T) / (along_m[ends] - along_m[begins])))

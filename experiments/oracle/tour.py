@@ -13,6 +13,7 @@ from experiments.oracle.bound import lower_bound_m
 from experiments.oracle.floor import Floor, Ints
 from experiments.oracle.search import Stops, TourSearch
 from experiments.oracle.ways import Ways
+from experiments.planar import travelled_m
 from occmap.geometry import Points
 
 ENOUGH = 0.995
@@ -114,8 +115,7 @@ def _stops_along(floor: Floor, ways: Ways, trail: Points) -> Stops:
 
 def _first_metres(path: Points, length_m: float) -> Points:
     """What of a path lies within so many metres of its beginning."""
-    along_m = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))))
-    return path[along_m <= length_m]
+    return path[travelled_m(path) <= length_m]
 
 
 def _cut_short(floor: Floor, path: Points) -> Points:
