@@ -68,7 +68,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def lines(logs: list[Path], graphs: list[Path]) -> Iterator[str]:
     """One table for the logs, one for the pose graphs, and what produced them."""
-    from experiments.summary import versions
+    from experiments.summary_parts import versions
 
     if logs:
         yield header(LOG_COLUMNS)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -11,6 +12,8 @@ if TYPE_CHECKING:
     from experiments.episode import Step
     from experiments.scoring import MapScore, Scorer
 
+MILESTONES = (50, 90, 95, 99)
+"""Per cent explored."""
 PERIOD_S = 2.0
 """Between samples, in simulated time."""
 PROMPT_CELLS = 1_500_000
@@ -70,3 +73,21 @@ class ScoreCurve:
 
     def close(self) -> None:
         """Nothing to finish: the samples stay."""
+
+
+def milestone(samples: Sequence[Sample], explored: float) -> dict[str, float] | None:
+    """Metres driven and seconds passed when this much was explored for the first time; None if never.
+
+    Linear between the two samples around it.
+    """
+    for before, after in zip([samples[0], *samples], samples, strict=False):
+        if after.score.explored < explored:
+            continue
+        rise = after.score.explored - before.score.explored
+        share = (explored - before.score.explored) / rise if rise > 0.0 else 1.0
+        share = max(0.0, share)
+        return {
+            "metres": before.path_length_m + share * (after.path_length_m - before.path_length_m),
+            "seconds": before.time_s + share * (after.time_s - before.time_s),
+        }
+    return None

@@ -10,11 +10,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from experiments.config_file import to_plain
-from experiments.summary import Summary, finite
+from experiments.summary_parts import finite
 
 if TYPE_CHECKING:
     from experiments.config import ExperimentConfig
     from experiments.run import Run
+    from experiments.summary import Summary
 
 CONFIG = "config.json"
 SUMMARY = "summary.json"

@@ -2,29 +2,22 @@
 
 from __future__ import annotations
 
-import hashlib
-import math
-import platform
-import resource
-import struct
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from importlib import metadata
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from experiments.curves import Sample
+from experiments.curves import MILESTONES, milestone
 from experiments.experiment import closed_doors, floor_in_reach
 from experiments.honesty import is_honest
 from experiments.motion import motion
 from experiments.outcome import Outcome
 from experiments.run import Run
+from experiments.summary_parts import map_sha256, peak_memory_mb, versions
 from experiments.trajectory import absolute_error_m, drift_per_m
 from occmap.decision import UnknownLeft
 from occmap.geometry import Pose2
-from occmap.grid import OccupancyGrid
 from occmap.stopwatch import Stopwatch
 
 MEASURED = ("wall_time_s", "real_time_factor", "wall_time_by_stage_s", "decision_ms", "peak_memory_mb")
@@ -33,8 +26,6 @@ STAGES = ("physics", "lidar", "localization", "mapping", "frontiers", "planning"
 """Of the see-think-act loop."""
 APART = ("building", "warm_up", "truth", "scoring")
 """Timed too, but not part of wall_time_s."""
-MILESTONES = (50, 90, 95, 99)
-"""Per cent explored."""
 
 
 @dataclass(frozen=True)
@@ -142,24 +133,6 @@ def oracle_figures(run: Run) -> dict[str, float | None]:
     return asdict(oracle_of(run))
 
 
-def milestone(samples: list[Sample], explored: float) -> dict[str, float] | None:
-    """Metres driven and seconds passed when this much was explored for the first time; None if never.
-
-    Linear between the two samples around it.
-    """
-    for before, after in zip([samples[0], *samples], samples, strict=False):
-        if after.score.explored < explored:
-            continue
-        rise = after.score.explored - before.score.explored
-        share = (explored - before.score.explored) / rise if rise > 0.0 else 1.0
-        share = max(0.0, share)
-        return {
-            "metres": before.path_length_m + share * (after.path_length_m - before.path_length_m),
-            "seconds": before.time_s + share * (after.time_s - before.time_s),
-        }
-    return None
-
-
 def _quantiles_ms(stopwatch: Stopwatch) -> dict[str, float]:
     laps_ms = 1e3 * np.array(stopwatch.laps_s["decision"])
     p50, p99 = np.percentile(laps_ms, (50, 99))
@@ -181,38 +154,3 @@ def _rows(unknown_left: Sequence[UnknownLeft], world_from_map: Pose2) -> list[di
             }
         )
     return rows
-
-
-def peak_memory_mb() -> float:
-    """The most that this whole process has had in memory since it began.
-
-    Linux counts what a parent had as its child's, too (getrusage), but for the figure in /proc.
-    """
-    status = Path("/proc/self/status")
-    if status.exists():
-        for line in status.read_text().splitlines():
-            if line.startswith("VmHWM:"):
-                return int(line.split()[1]) / 1024
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return peak / 1024**2 if platform.system() == "Darwin" else peak / 1024
-
-
-def map_sha256(grid: OccupancyGrid) -> str:
-    """The fingerprint of a belief: where its lattice lies, and free, occupied or unknown of each cell."""
-    geometry = struct.pack("<d4q", grid.config.resolution_m, *grid.offset, *grid.shape)
-    return hashlib.sha256(geometry + grid.state.tobytes()).hexdigest()
-
-
-def versions() -> dict[str, str]:
-    """What produced the figures, and the recordings."""
-    packages = ("occmap", "mujoco", "numpy", "scipy", "numba", "qdldl", "rerun-sdk")
-    return {"python": platform.python_version()} | {name: metadata.version(name) for name in packages}
-
-
-def finite(value: Any) -> Any:
-    """Plain data in which what is not a finite number has become None: JSON knows no nan."""
-    if isinstance(value, dict):
-        return {key: finite(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [finite(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

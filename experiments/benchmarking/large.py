@@ -13,7 +13,7 @@ from experiments.benchmarking.figure import Figure
 from experiments.config import ExperimentConfig
 from experiments.episode import episode
 from experiments.experiment import prepare
-from experiments.summary import peak_memory_mb
+from experiments.summary_parts import peak_memory_mb
 from experiments.warm_up import warm_up
 from occmap.stopwatch import Stopwatch
 from sim.generators import BuildingConfig

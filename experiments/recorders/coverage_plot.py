@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from experiments.curves import MILESTONES, milestone
 from experiments.recorders import palette
-from experiments.summary import MILESTONES, milestone
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -119,7 +119,7 @@ def mark(axes: Axes, time_s: float, value: float) -> None:
 
 def reached(samples: Sequence[Sample]) -> list[tuple[int, dict[str, float]]]:
     """Each milestone that was reached, in percent, with the seconds and metres to it as in summary.json."""
-    found = ((percent, milestone(list(samples), percent / 100.0)) for percent in MILESTONES)
+    found = ((percent, milestone(samples, percent / 100.0)) for percent in MILESTONES)
     return [(percent, at) for percent, at in found if at is not None]
 
 

@@ -13,7 +13,7 @@ from experiments.maps import write_belief
 from experiments.relations import Relations, RelationsScore, score_relations
 from experiments.replaying.runner import Replayed
 from experiments.run_folder import SUMMARY, RunFolder
-from experiments.summary import finite, map_sha256, peak_memory_mb, versions
+from experiments.summary_parts import finite, map_sha256, peak_memory_mb, versions
 from experiments.tum_file import write_tum
 from occmap.geometry import Pose2
 from occmap.stopwatch import Stopwatch

@@ -98,7 +98,8 @@ def _explored(job: Job, stop: Callable[[], bool]) -> Result:
     """Prepare, run, score. `run_s` is the time for that, `job_s` includes what the sweep adds to it."""
     from experiments.experiment import prepare
     from experiments.run import run
-    from experiments.summary import finite, summarise
+    from experiments.summary import summarise
+    from experiments.summary_parts import finite
     from experiments.sweeping.curve import curve_of
     from experiments.sweeping.picture import map_picture
 

@@ -8,7 +8,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from experiments.summary import finite, map_sha256, milestone
+from experiments.curves import milestone
+from experiments.summary_parts import finite, map_sha256
 from occmap.grid import Belief, OccupancyGrid
 
 
@@ -55,6 +56,6 @@ def test_the_fingerprint_sees_every_cell_and_where_it_lies():
 def test_memory_is_a_process_s_own_not_its_parent_s():
     large_mb = 800
     held = np.ones(large_mb << 17)
-    told = "from experiments.summary import peak_memory_mb as own; print(own())"
+    told = "from experiments.summary_parts import peak_memory_mb as own; print(own())"
     child = subprocess.run([sys.executable, "-c", told], check=True, capture_output=True, text=True)
     assert 10.0 < float(child.stdout) < held.nbytes / 2**20
