@@ -56,6 +56,7 @@ def tum(times_s: Iterable[float], poses: Poses) -> str:
 
 
 def write_tum(path: Path, trajectory: Trajectory) -> None:
+    """One line a pose; `read_tum` reads it back, times to the microsecond."""
     path.write_text(tum(trajectory.times_s.tolist(), trajectory.poses))
 
 

@@ -28,6 +28,7 @@ class SolidArrays:
 
     @staticmethod
     def of(solids: Sequence[Solid]) -> SolidArrays:
+        """The same solids, in the same order."""
         rows = np.array([_row(solid) for solid in solids], dtype=np.float64).reshape(-1, 7)
         yaw = rows[:, 4]
         return SolidArrays(

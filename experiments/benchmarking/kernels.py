@@ -47,6 +47,7 @@ class KernelTimes:
 
     @property
     def integration_over_c(self) -> float | None:
+        """How many times as long as the C twin; None without one."""
         return None if self.c_twin_us is None else self.integration_us / self.c_twin_us
 
 

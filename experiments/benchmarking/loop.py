@@ -51,6 +51,7 @@ class Whole:
 
     @staticmethod
     def of(config: ExperimentConfig) -> Whole:
+        """Explore until the end, without recorders or scoring on the way."""
         experiment = prepare(config)
         warm_up(config)
         robot, watch = experiment.robot, Stopwatch()

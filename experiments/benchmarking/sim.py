@@ -34,6 +34,7 @@ class SimSpeed:
 
     @property
     def sim_seconds_per_cpu_second(self) -> float:
+        """How many times faster than real time the world runs alone."""
         return 1e3 / (self.sense_ms + self.act_ms + self.truth_ms)
 
 

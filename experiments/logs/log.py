@@ -37,6 +37,7 @@ class RecordedLog:
 
     @property
     def duration_s(self) -> float:
+        """From the earliest scan to the latest: their order may be another."""
         times_s = [seen.time_s for seen in self.observations]
         return max(times_s) - min(times_s)
 

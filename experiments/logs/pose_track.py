@@ -21,6 +21,7 @@ class PoseTrack:
         self._poses = [poses[k] for k in order]
 
     def at(self, time_s: float) -> Pose2:
+        """The pose at a time; its heading turns the shorter way round."""
         after = int(np.searchsorted(self._times_s, time_s, side="right"))
         if after == 0:
             return self._poses[0]

@@ -25,6 +25,7 @@ class FrameTree:
         self._moving: defaultdict[str, list[tuple[float, Matrix]]] = defaultdict(list)
 
     def add(self, parent: str, child: str, time_s: float, parent_from_child: Matrix, static: bool) -> None:
+        """Take in one transform; of a static one the time says nothing. A child has the parent named last."""
         parent, child = parent.lstrip("/"), child.lstrip("/")
         self._parent[child] = parent
         if static:

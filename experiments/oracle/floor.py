@@ -43,6 +43,8 @@ class Lattices:
 
     @staticmethod
     def of(stands: Mask, resolution_m: float) -> Lattices:
+        """As fine as MOST_NODES and MOST_PLACES allow on the cells where a body can be; places no closer than
+        PLACE_SPACING_M, that of the places which `explorable` looks from."""
         cells = np.count_nonzero(stands)
         node = max(1, math.ceil(math.sqrt(cells / MOST_NODES)))
         place = max(

@@ -107,6 +107,7 @@ def line(
     colour: palette.Rgb,
     label: str = "",
 ) -> None:
+    """One figure of each sample over simulated time."""
     times_s = [s.time_s for s in samples]
     axes.plot(times_s, [value(s) for s in samples], color=plot_colour(colour), label=label, linewidth=1.8)
 
@@ -124,4 +125,5 @@ def reached(samples: Sequence[Sample]) -> list[tuple[int, dict[str, float]]]:
 
 
 def plot_colour(rgb: palette.Rgb) -> tuple[float, float, float]:
+    """As matplotlib takes it, from 0 to 1."""
     return rgb[0] / 255.0, rgb[1] / 255.0, rgb[2] / 255.0

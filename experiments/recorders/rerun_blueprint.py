@@ -95,6 +95,7 @@ def curve_views() -> rrb.Grid:
 
 
 def curve_view(name: str, entity: str, axis_y: rrb.ScalarAxis | None = None) -> rrb.TimeSeriesView:
+    """One of the curves over the whole run."""
     return rrb.TimeSeriesView(
         name=name,
         origin=f"/curves/{entity}",
@@ -111,10 +112,12 @@ def whole_run() -> rrb.TimeAxis:
 
 
 def state_view() -> rrb.StateTimelineView:
+    """The robot's activity as a band over the whole run."""
     return rrb.StateTimelineView(name="What it is doing", origin="/activity", time_view=whole_run())
 
 
 def log_view() -> rrb.TextLogView:
+    """The explorer's events in words, and what it left unseen."""
     return rrb.TextLogView(
         name="What it decided",
         origin="/decisions",

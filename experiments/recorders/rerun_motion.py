@@ -116,6 +116,7 @@ def true_pose(step: Step) -> Pose2:
 
 
 def positions(poses: list[Pose2]) -> Points:
+    """(n, 2) where poses are, in their own frame."""
     return np.array([pose.position for pose in poses])
 
 

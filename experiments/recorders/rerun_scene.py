@@ -69,6 +69,7 @@ def log_doors(rec: rr.RecordingStream, standing: Sequence[tuple[Box, float]]) ->
 
 
 def boxes_of(boxes: Sequence[Box], colour: palette.Rgb) -> rr.Boxes3D:
+    """Solid boxes that stand on the floor, in `world`."""
     half_yaw = np.array([b.yaw_rad for b in boxes]) / 2.0
     zero = np.zeros_like(half_yaw)
     return rr.Boxes3D(
@@ -81,6 +82,7 @@ def boxes_of(boxes: Sequence[Box], colour: palette.Rgb) -> rr.Boxes3D:
 
 
 def cylinders_of(cylinders: Sequence[Cylinder], colour: palette.Rgb) -> rr.Cylinders3D:
+    """Solid cylinders that stand on the floor, in `world`."""
     return rr.Cylinders3D(
         centers=[(c.x_m, c.y_m, c.height_m / 2.0) for c in cylinders],
         radii=[c.radius_m for c in cylinders],

@@ -29,6 +29,7 @@ class PackedBelief:
 
     @staticmethod
     def of(grid: OccupancyGrid) -> PackedBelief:
+        """What a grid holds now; it may go on changing."""
         known = grid.state != Belief.UNKNOWN
         rows, columns = np.flatnonzero(known.any(axis=1)), np.flatnonzero(known.any(axis=0))
         if not len(rows):
@@ -44,6 +45,7 @@ class PackedBelief:
 
     @property
     def known_cells(self) -> int:
+        """Free and occupied ones."""
         return int(np.count_nonzero(self.state()))
 
 

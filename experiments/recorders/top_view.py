@@ -80,14 +80,17 @@ class TopView:
             self.draw_solid(fine, solid, palette.SOLIDS.get(solid.kind, palette.OTHER_SOLID))
 
     def draw_solid(self, fine: Image.Image, solid: Solid, colour: palette.Rgb) -> None:
+        """The footprint of one solid, filled."""
         ImageDraw.Draw(fine).polygon(self.pixels(outline(solid)), fill=colour)
 
     def draw_line(self, fine: Image.Image, points: Points, colour: palette.Rgb, width_px: float) -> None:
+        """A line through points (n, 2) of the world, as wide as said in the finished picture."""
         if len(points) > 1:
             width = max(1, round(width_px * OVERSAMPLING))
             ImageDraw.Draw(fine).line(self.pixels(points), fill=colour, width=width, joint="curve")
 
     def draw_dots(self, fine: Image.Image, points: Points, colour: palette.Rgb, radius_px: float) -> None:
+        """A dot at each of (n, 2) points of the world, as large as said in the finished picture."""
         draw, r = ImageDraw.Draw(fine), radius_px * OVERSAMPLING
         for x, y in self.pixels(points):
             draw.ellipse((x - r, y - r, x + r, y + r), fill=colour)

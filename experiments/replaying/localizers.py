@@ -96,6 +96,7 @@ class MotionFilter:
         self._last: Pose2 | None = None
 
     def is_due(self, pose: Pose2) -> bool:
+        """Whether it has; if so, its next movement is counted from this pose. The first pose is due."""
         if self._last is not None:
             moved = self._last.inverse() @ pose
             if np.hypot(moved.x_m, moved.y_m) < self._every_m and abs(moved.yaw_rad) < self._every_rad:

@@ -82,6 +82,7 @@ class Replayed:
 
     @property
     def path_length_m(self) -> float:
+        """Along the corrected poses, scan by scan."""
         return sum(a.distance_to(b) for a, b in pairwise(self.poses))
 
     @property

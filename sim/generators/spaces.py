@@ -24,7 +24,7 @@ Interval = tuple[float, float]
 
 @dataclass(frozen=True, slots=True)
 class Space:
-    """A room or a corridor: an axis-aligned rectangle up to the middle of the walls around it."""
+    """A room or a corridor: an axis-aligned rectangle up to the middle of the walls around it, in metres."""
 
     kind: str
     x0: float
@@ -44,7 +44,7 @@ class Space:
 
 @dataclass(frozen=True, slots=True)
 class SharedWall:
-    """A stretch of wall with a space on either side."""
+    """A stretch of wall with a space on either side: metres, low to high on one axis, at on the other."""
 
     is_along_x: bool
     at: float
