@@ -16,10 +16,10 @@ from experiments.compiler_memory import let_go_of_compiler
 from experiments.config import ExperimentConfig
 from experiments.episode import episode
 from experiments.experiment import make_explorer, make_robot
-from experiments.rehearsal import close_loops, garbage_left_alone, rare_moments, settle_a_graph
 from experiments.streams import Streams
 from occmap.explorer_config import PaceConfig
 from occmap.geometry import Pose2
+from occmap.rehearsal import close_loops, garbage_left_alone, rare_moments, settle_a_graph
 from occmap.scan import Observation
 from sim.building import Box, Building
 from sim.faults import FaultsConfig
@@ -28,7 +28,7 @@ DRIVE_S = 4.0
 """Long enough to look around, plan and drive."""
 EVERY = 8
 """Of the scans of that drive: to close loops takes few."""
-OTHER_HALF = "from experiments.rehearsal import compile_aside; compile_aside({pose!r})"
+OTHER_HALF = "from occmap.rehearsal import compile_aside; compile_aside({pose!r})"
 FIRST_ASIDE = {"truth": "planner_kernels.search", "slam": "localization.search_kernels.stamp"}
 """By the pose: a kernel of those that the other process compiles."""
 

@@ -12,7 +12,6 @@ from typing import Protocol
 import numpy as np
 
 from experiments.logs.log import RecordedLog
-from experiments.rehearsal import close_loops, garbage_left_alone
 from experiments.replaying.localizers import (
     MotionFilter,
     PoseSource,
@@ -26,6 +25,7 @@ from occmap.grid import GridConfig, OccupancyGrid
 from occmap.localization import Estimate
 from occmap.localization.undistortion import undistorted
 from occmap.mapper import Mapper
+from occmap.rehearsal import close_loops, garbage_left_alone
 from occmap.scan import Observation, Scan
 from occmap.stopwatch import Stopwatch
 

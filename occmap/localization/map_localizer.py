@@ -47,7 +47,7 @@ class MapLocalizer:
         if any(submap.cloud is None for submap in self._submaps) or not self._submaps:
             raise ValueError("the map is not finished: call finish() on its SlamLocalizer first")
         self._ready = finished.loops.ready
-        self._slam_config = finished.config
+        self.slam_config = finished.config
         self._matcher = Matcher(finished.config.matcher)
         self._motion = MotionModel(finished.config.motion)
         self._centres = np.array(
@@ -72,7 +72,7 @@ class MapLocalizer:
         """Where the robot is in the map. The map's grid is handed over with the first one."""
         prediction = self._motion.predict(seen)
         scan = undistorted(seen.scan, seen.robot_from_lidar, prediction.step, self._motion.step_s)
-        cloud = Cloud.of(scan, seen.robot_from_lidar, self._slam_config.submap.reach_m)
+        cloud = Cloud.of(scan, seen.robot_from_lidar, self.slam_config.submap.reach_m)
         before, guess = self._pose, self._pose @ prediction.step
         submap = self._nearest(guess)
         map_from_submap = self._map_from_submap[submap]

@@ -10,7 +10,7 @@ import pytest
 
 from experiments import warm_up
 from experiments.config import ExperimentConfig
-from experiments.rehearsal import compile_aside, garbage_left_alone, settle_a_graph
+from occmap.rehearsal import compile_aside, garbage_left_alone, settle_a_graph
 from tests.experiments.loaded_kernels import kernels
 
 NOT_NEEDED = {

@@ -16,18 +16,16 @@ from occmap.follower import Follower
 from occmap.frontiers import Frontier, edge_cells
 from occmap.geometry import Pose2, Twist2
 from occmap.goals import Goal
-from occmap.grid import Belief, OccupancyGrid
+from occmap.grid import Belief, GridConfig, OccupancyGrid
 from occmap.localization import SlamConfig, SlamLocalizer
-from occmap.localization.loop_candidates import CandidateConfig
-from occmap.localization.loop_closure import LoopClosureConfig
-from occmap.localization.matcher import MatcherConfig
+from occmap.localization.map_localizer import MapLocalizer
 from occmap.localization.pose_graph import PoseGraph
-from occmap.localization.tracker import TrackerConfig
 from occmap.looked_at import LookedAt
 from occmap.memory import FailedLooks
 from occmap.nooks import Nooks
 from occmap.planner import Planner
 from occmap.scan import Observation, Scan
+from occmap.sensor_model import SensorModelConfig
 
 MANY = 8
 """Places that are tried, and cells of each: one of them will do."""
@@ -35,15 +33,36 @@ STEPS = 5
 """Of a walk through an empty room: enough to close loops."""
 
 
-def close_loops(seen: Sequence[Observation]) -> None:
+def close_loops(
+    seen: Sequence[Observation],
+    config: SlamConfig | None = None,
+    grid: GridConfig | None = None,
+    sensor_model: SensorModelConfig | None = None,
+) -> SlamLocalizer:
     """Drive there and back in tiny submaps, sure of nothing: all that slam may ever need is then loaded."""
-    tracker = TrackerConfig(insert_every_m=0.02, insert_every_rad=0.02, scans_per_half=2)
-    loops = LoopClosureConfig(candidates=CandidateConfig(gap=1))
-    slam = SlamLocalizer(SlamConfig(matcher=MatcherConfig(sure_fit=2.0), tracker=tracker, loops=loops))
+    c = config or SlamConfig()
+    unsure = replace(
+        c,
+        matcher=replace(c.matcher, sure_fit=2.0),
+        tracker=replace(c.tracker, insert_every_m=0.02, insert_every_rad=0.02, scans_per_half=2),
+        loops=replace(c.loops, candidates=replace(c.loops.candidates, gap=1)),
+    )
+    slam = SlamLocalizer(unsure, grid, sensor_model)
     for each in (*seen, *reversed(seen)):
         slam.update(each)
     slam.finish()
     slam.map()
+    return slam
+
+
+def find_oneself(lost: MapLocalizer, seen: Sequence[Observation]) -> None:
+    """Stand where one was, lost, until the place is found; then go along a little."""
+    for _ in range(MANY * MANY):
+        lost.update(seen[0])
+        if not lost.is_lost:
+            break
+    for each in seen[:MANY]:
+        lost.update(each)
 
 
 def compile_aside(pose: str) -> None:
