@@ -63,6 +63,10 @@ class Pose2:
         """Metres between the two origins."""
         return math.hypot(other.x_m - self.x_m, other.y_m - self.y_m)
 
+    def numbers(self) -> tuple[float, float, float]:
+        """x_m, y_m and yaw_rad, as kernels take them: whoever made the pose may have written integers."""
+        return float(self.x_m), float(self.y_m), float(self.yaw_rad)
+
     @property
     def position(self) -> tuple[float, float]:
         return self.x_m, self.y_m

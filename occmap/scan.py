@@ -29,6 +29,7 @@ class Scan:
     beam_times_s: NDArray[np.float64] | None = None  # (n,) seconds relative to the observation's stamp
 
     def __post_init__(self) -> None:
+        self._hold_what_kernels_take()
         if self.bearings_rad.shape != self.ranges_m.shape or self.ranges_m.ndim != 1:
             raise ValueError(
                 "bearings and ranges must be of one length, "
@@ -42,6 +43,13 @@ class Scan:
             raise ValueError(
                 f"need 0 <= min_range_m < max_range_m, got {self.min_range_m} and {self.max_range_m}"
             )
+
+    def _hold_what_kernels_take(self) -> None:
+        """Arrays and numbers of one type: for another all kernels would be compiled again, in mid-drive."""
+        for name in ("bearings_rad", "ranges_m"):
+            object.__setattr__(self, name, np.require(getattr(self, name), np.float64, ("C", "W")))
+        for name in ("max_range_m", "min_range_m"):
+            object.__setattr__(self, name, float(getattr(self, name)))
 
     @property
     def least_range_m(self) -> float:

@@ -77,13 +77,12 @@ class Surroundings:
         n_hits, n_lone = self._kernels.near_hits(
             scan.ranges_m, scan.bearings_rad, scan.least_range_m, scan.max_range_m,
             c.reach_m, c.same_surface_m, c.neighbours,
-            robot_from_lidar.x_m, robot_from_lidar.y_m, robot_from_lidar.yaw_rad, self._hits, self._lone,
+            *robot_from_lidar.numbers(), self._hits, self._lone,
         )  # fmt: skip
         cell_m = grid.frame.resolution_m
         n_hits = self._kernels.keep_believed(
             self._lone, n_lone, self._hits, n_hits,
-            map_from_robot.x_m, map_from_robot.y_m, map_from_robot.yaw_rad,
-            clearance_m, *grid.frame.origin_m, cell_m, 1.5 * cell_m,
+            *map_from_robot.numbers(), clearance_m, *grid.frame.origin_m, cell_m, 1.5 * cell_m,
         )  # fmt: skip
         self.hits = self._hits[:n_hits]
         self._seen_from, self._map = map_from_robot, (grid, clearance_m)

@@ -37,12 +37,10 @@ class Cloud:
         """The hits within reach, in the robot's frame."""
         from occmap.localization import cloud_kernels
 
-        x, y = robot_from_lidar.position
+        mount = robot_from_lidar.numbers()
         most_m = min(scan.max_range_m, reach_m)
         return Cloud(
-            *cloud_kernels.hits(
-                scan.bearings_rad, scan.ranges_m, scan.least_range_m, most_m, x, y, robot_from_lidar.yaw_rad
-            )
+            *cloud_kernels.hits(scan.bearings_rad, scan.ranges_m, scan.least_range_m, most_m, *mount)
         )
 
     def moved(self, a_from_b: Pose2) -> Cloud:
