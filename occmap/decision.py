@@ -66,7 +66,7 @@ class Decision:
     twist: Twist2
     map_from_robot: Pose2
     activity: str
-    """exploring, looking, thinking, recovering, blind or the final status: for a state timeline."""
+    """exploring, looking, thinking, recovering, blind, lost or the final status: for a state timeline."""
     goal: Goal | None
     path: Path | None
     frontiers: tuple[Frontier, ...]

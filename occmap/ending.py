@@ -59,6 +59,10 @@ class Ending:
         """Whether to look for a goal, given that there is none now."""
         return self._goalless_since_s is None or now_s - self._sought_s >= self.config.again_s - ROUNDING_S
 
+    def begin_again(self) -> None:
+        """Forget that there was no goal: it was sought from a place where the robot may not have been."""
+        self._goalless_since_s = None
+
     def survey(self, wave: Wavefront, grid: OccupancyGrid, now_s: float) -> None:
         """Remember what a flood that went farther has reached."""
         self._surveyed_s = now_s

@@ -58,6 +58,9 @@ class Explorer:
     these are forgotten only where the map around it changes (FailedLooks). When no goal is left it
     stops after confirm_s. Manoeuvres to free it are counted (Mobility).
 
+    A robot that is lost in a finished map (MapLocalizer) stands, neither maps nor ends, and goes on once it
+    is found. Where standing does not tell, because places look alike, drive it by hand and keep asking.
+
     What takes long on a large map is thought in turns, standing, about the map as it was at the first of
     them: scans of the meantime are spent on it afterwards.
     """
@@ -88,6 +91,7 @@ class Explorer:
         self._unknown_left: tuple[UnknownLeft, ...] = ()
         self._watch = Stopwatch()
         self._last: tuple[Pose2, Observation] | None = None
+        self._is_lost = False
         self._late_s = 0.0  # added to the time of observations
         self._thought: Sliced[None] | None = None
 
@@ -120,6 +124,7 @@ class Explorer:
         percept = self.perception.take_in(seen, self._watch, is_held=is_held, is_over=is_over)
         if percept.new_map_from_old_map is not None:
             self._carry_over(percept.new_map_from_old_map)
+        self._note_whether_lost(percept.is_lost, seen.time_s)
         return percept.map_from_robot, percept.seen
 
     def _carry_over(self, new_map_from_old_map: Pose2) -> None:
@@ -133,8 +138,20 @@ class Explorer:
             self.map.restore_surfaces()
         self._events.append("the map was corrected")
 
+    def _note_whether_lost(self, is_lost: bool, now_s: float) -> None:
+        """Lost, drop what was thought and meant to be done: it was about another place."""
+        if is_lost and self.status is Status.EXPLORING:
+            self._thought = None
+            self.navigator.begin_again(now_s)
+            self.ending.begin_again()
+        if is_lost != self._is_lost:
+            self._events.append("the robot is lost" if is_lost else "the robot is found")
+        self._is_lost = is_lost
+
     def _act(self, here: Pose2, seen: Observation) -> tuple[str, Twist2]:
         """The activity of the moment and its twist."""
+        if self._is_lost and self.status is Status.EXPLORING:
+            return "lost", Twist2.zero()
         if self.pace.is_first_look(seen.time_s):
             return "looking", Twist2.zero()
         if self.status is Status.EXPLORING and _is_blind(seen.scan):

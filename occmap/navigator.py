@@ -111,6 +111,11 @@ class Navigator:
         """Pursue nothing any more; the goal may be set out for again."""
         self.pursuit = None
 
+    def begin_again(self, now_s: float) -> None:
+        """Pursue nothing, and count the time without learning anything from now on."""
+        self.break_off()
+        self._setbacks.learning.begin(now_s)
+
     def _plan(self, goal: Goal, wave: Wavefront, now_s: float) -> Pursuit:
         """Plan a path, and begin another pursuit if the goal is another one."""
         grid, left = self._map.grid, self.pursuit

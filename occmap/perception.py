@@ -20,6 +20,8 @@ class Percept(NamedTuple):
     """With its scan as seen from that one pose."""
     new_map_from_old_map: Pose2 | None
     """If the localizer has corrected the past, and the map with it."""
+    is_lost: bool
+    """Whether the pose is a guess; nothing is mapped from there."""
 
 
 class Perception:
@@ -31,8 +33,8 @@ class Perception:
         self._unspent: list[tuple[Scan, Pose2]] = []
 
     def take_in(self, seen: Observation, watch: Stopwatch, *, is_held: bool, is_over: bool) -> Percept:
-        """See; while the map is held only a correction changes it, and scans wait; when all is over, none is
-        spent any more.
+        """See; while the map is held only a correction changes it, and scans wait; when all is over, or while
+        the robot is lost, none is spent.
         """
         with watch.lap("localization"):
             estimate = self.localizer.update(seen)
@@ -46,11 +48,12 @@ class Perception:
                 self.map.settle()
         if estimate.scan is not None:
             seen = replace(seen, scan=estimate.scan)
-        if not is_over and (estimate.insert or not self.map.holds(here)):
+        is_spent = not (is_over or estimate.is_lost)
+        if is_spent and (estimate.insert or not self.map.holds(here)):
             self._unspent.append((seen.scan, here @ seen.robot_from_lidar))
         if not is_held or correction is not None:
             for scan, map_from_lidar in self._unspent:
                 self.map.insert(scan, map_from_lidar, watch)
             self._unspent.clear()
             self.map.make_room(here)
-        return Percept(here, seen, correction)
+        return Percept(here, seen, correction, estimate.is_lost)

@@ -45,6 +45,7 @@ ACTIVITIES: dict[str, Rgb] = {
     "thinking": (110, 110, 190),
     "recovering": PATH,
     "blind": (120, 120, 120),
+    "lost": (200, 120, 160),
     "complete": (30, 160, 70),
     "sealed_in": (140, 90, 200),
     "stuck": (215, 40, 40),

@@ -25,6 +25,8 @@ class Estimate:
     scan: Scan | None = None
     """The scan as seen from that one pose, if the robot moved while the beams were cast, or as it is kept to
     build the map anew; insert this one."""
+    is_lost: bool = False
+    """Whether the pose is a guess: what is seen does not fit the map there, or has yet to be found on it."""
 
 
 class Localizer(Protocol):

@@ -66,6 +66,7 @@ class MapLocalizer:
 
     @property
     def is_lost(self) -> bool:
+        """Whether the robot has yet to be found; until then its pose is odometry's, from the last one on."""
         return self._misfits >= self.config.patience
 
     def update(self, seen: Observation) -> Estimate:
@@ -89,7 +90,7 @@ class MapLocalizer:
         if self.is_lost:
             self._look_around(cloud)
         grid, self._handed_over = None if self._handed_over else self._grid, True
-        return Estimate(self._pose, insert=False, grid=grid)
+        return Estimate(self._pose, insert=False, grid=grid, is_lost=self.is_lost)
 
     def finish(self) -> None:
         """There is nothing to settle: the map stays what it is."""
