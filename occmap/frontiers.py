@@ -21,7 +21,6 @@ class Frontier:
     cells: Cells  # (n, 2) in the grid's frame of when it was found
     centroid_in_map: tuple[float, float]
     size: int
-    viewpoint: tuple[float, float] | None = None  # in map: where the body can stand and look into it
 
 
 @dataclass(frozen=True)

@@ -68,7 +68,7 @@ class Goal:
         return replace(
             self,
             viewpoint_in_map=viewpoint,
-            frontier=replace(self.frontier, viewpoint=viewpoint, centroid_in_map=centroid),
+            frontier=replace(self.frontier, centroid_in_map=centroid),
             watched_in_map=new_map_from_old_map.apply(self.watched_in_map),
             also_watched_in_map=tuple(map(new_map_from_old_map.apply, self.also_watched_in_map)),
         )
@@ -177,7 +177,7 @@ class GoalChooser:
         gain_m2 = self._gain_m2(frontier, grid, *cell)
         viewpoint = grid.frame.centre_of(*cell)
         return Goal(
-            frontier=replace(frontier, viewpoint=viewpoint),
+            frontier=frontier,
             viewpoint_in_map=viewpoint,
             cost_m=cost_m,
             gain_m2=gain_m2,

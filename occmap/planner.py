@@ -132,21 +132,19 @@ class Planner:
         clearance_m: NDArray[np.float32],
         start_cell: tuple[int, int],
         *,
-        targets: Cells | None = None,
-        want: int | None = None,
         within_m: float = math.inf,
     ) -> Wavefront:
-        """Costs to all cells in reach (Dijkstra), or until `want` of the targets (n, 2), by default all of
-        them, or the bound within_m on the cost is passed.
+        """Costs from a cell (ix, iy) to all cells in reach that cost at most within_m (Dijkstra 1959).
+
+        ValueError if the cell lies outside the grid, or the clearance is not the grid's.
         """
         terrain = self.terrain(grid, clearance_m)
-        request = SearchRequest.flood(terrain, targets, want, within_m)
-        return self._wave(terrain, start_cell, request)
+        return self._wave(terrain, start_cell, SearchRequest.flood(terrain, None, None, within_m))
 
     def widen(self, wave: Wavefront, within_m: float) -> Wavefront:
         """Go on with a bounded flood up to a wider bound, while the map is what it was: costs what is new.
 
-        The narrower wave is void then. Only for a flood without targets, the planner's last search.
+        The narrower wave is void then. ValueError if it was not the planner's last search.
         """
         wave.check()
         if wave.is_exhausted:
@@ -163,7 +161,9 @@ class Planner:
         start_cell: tuple[int, int],
         goals: Cells,
     ) -> Path | None:
-        """The cheapest path to the nearest of the goals (n, 2), by A*; None if none is in reach."""
+        """The cheapest path from a cell (ix, iy) to the nearest of the goals (n, 2), by A*; None if none is
+        in reach. ValueError if the start lies outside the grid.
+        """
         terrain = self.terrain(grid, clearance_m)
         goals = np.atleast_2d(np.asarray(goals, np.int64))
         wave = self._wave(terrain, start_cell, SearchRequest.towards(terrain, goals))
@@ -213,7 +213,6 @@ class Planner:
             exact_below = self._memory.search(terrain, start, terrain.prices, request)
         return Wavefront(
             start_cell=terrain.cell(start),
-            start_moved=len(escape_cells) > 0,
             terrain=terrain,
             escape_cells=escape_cells,
             escape_radius_m=self.config.escape_radius_m,

@@ -20,10 +20,10 @@ class Wavefront:
 
     start_cell: tuple[int, int]
     """Where the wave began: the robot's cell, or the nearest from which the body can move on."""
-    start_moved: bool
-    """The robot stands where no path may start: too close to an obstacle, or on an island made by noise."""
     terrain: Terrain
-    escape_cells: NDArray[np.int32]  # (k,) flat, from the robot's cell to start_cell if that was moved
+    escape_cells: NDArray[np.int32]
+    """(k,) flat, from the robot's cell to start_cell, where no path may start in the robot's: too close to an
+    obstacle, or on an island made by noise; else none."""
     escape_radius_m: float
     exact_below: int
     memory: SearchMemory

@@ -21,7 +21,7 @@ class BlockPattern:
 
     A block column holds `blocks_above[c]` full blocks and then its diagonal one, of which each scalar
     column stores the part on and above the diagonal; its first value is at `column_start[c]`.
-    `edge_block[k]` is the place of edge k's block within its block column, -1 if one end is held.
+    `edge_block[k]` is the place of edge k's block within its block column, -1 if one end is fixed.
     """
 
     column_start: Ints  # (free nodes,)
@@ -33,15 +33,15 @@ class BlockPattern:
 
 
 def block_pattern(slot: Ints, ends: Ints) -> BlockPattern:
-    """The pattern of edges `ends` (m, 2) between nodes whose blocks are slot (n,), -1 when held."""
+    """The pattern of edges `ends` (m, 2) between nodes whose blocks are slot (n,), -1 when fixed."""
     n_free = int(np.count_nonzero(slot >= 0))
     low, high = np.sort(slot[ends], axis=1).T
     keys, place = np.unique(np.where(low >= 0, high * n_free + low, -1), return_inverse=True)
-    n_held = int(keys.size > 0 and keys[0] < 0)
-    columns, rows = np.divmod(keys[n_held:], max(n_free, 1))
+    n_fixed = int(keys.size > 0 and keys[0] < 0)
+    columns, rows = np.divmod(keys[n_fixed:], max(n_free, 1))
     above = np.bincount(columns, minlength=n_free)
     first_block = np.concatenate(([0], np.cumsum(above)))
-    edge_block = np.where(low >= 0, place.reshape(-1) - n_held - first_block[np.maximum(high, 0)], -1)
+    edge_block = np.where(low >= 0, place.reshape(-1) - n_fixed - first_block[np.maximum(high, 0)], -1)
 
     values = 9 * above + 6
     ends_of_columns = np.cumsum(values)

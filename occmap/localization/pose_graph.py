@@ -61,14 +61,13 @@ class Iteration:
 class PoseGraph:
     """Nodes map_from_node, edges i_from_j, and the most likely poses given them.
 
-    The first node is held where it was put: that fixes the gauge. Nodes and edges may be added at any
+    The first node stays where it was put: that fixes the gauge. Nodes and edges may be added at any
     time, also between two calls of `iterate`; the poses so far are where the next iteration starts.
     """
 
     def __init__(self, config: PoseGraphConfig | None = None) -> None:
         self.config = config or PoseGraphConfig()
         self._poses = GrowingArray((3,))
-        self._held = GrowingArray(dtype=np.bool_)
         self._ends = GrowingArray((2,), np.int64)
         self._measured = GrowingArray((3,))
         self._information = GrowingArray((3, 3))
@@ -80,10 +79,9 @@ class PoseGraph:
         self._slot = np.empty(0, np.int64)
         self._forget_damping()
 
-    def add_node(self, map_from_node: Pose2, held: bool = False) -> int:
-        """Add a node; returns its number. A held node never moves; the first one is always held."""
+    def add_node(self, map_from_node: Pose2) -> int:
+        """Add a node; returns its number. The first one never moves."""
         self._poses.append((map_from_node.x_m, map_from_node.y_m, map_from_node.yaw_rad))
-        self._held.append(held or len(self._poses) == 1)
         self._equations = None
         return len(self._poses) - 1
 
@@ -224,7 +222,7 @@ class PoseGraph:
         from occmap.localization.normal_equations import NormalEquations, block_pattern
 
         if self._equations is None:
-            self._slot = np.where(self._held.rows, -1, np.cumsum(~self._held.rows) - 1)
+            self._slot = np.arange(len(self._poses)) - 1
             self._equations = NormalEquations(block_pattern(self._slot, self.ends))
         return self._equations
 

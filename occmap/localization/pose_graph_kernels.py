@@ -110,7 +110,7 @@ def linearise(
 ) -> float:
     """Fill the upper triangle of H = J^T W J (CSC values) and g = J^T W e; return the robust cost. O(m).
 
-    slot[node] is a node's block in H, -1 when held. The other index arrays are BlockPattern's.
+    slot[node] is a node's block in H, -1 when fixed. The other index arrays are BlockPattern's.
     """
     hessian[:] = 0.0
     gradient[:] = 0.0

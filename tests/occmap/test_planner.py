@@ -10,6 +10,7 @@ from occmap.body import Body
 from occmap.geometry import Pose2
 from occmap.grid import Belief, GridConfig, OccupancyGrid
 from occmap.planner import Planner, PlannerConfig, WideningFlood
+from occmap.search import SearchMemory, SearchRequest
 from occmap.slices import finish
 from tests.ascii_maps import ascii_grid
 
@@ -120,14 +121,25 @@ def test_a_flood_may_end_early_and_is_exact_where_it_got():
     assert np.array_equal(reached, full <= bounded_costs[reached].max())
     assert 1.5 <= bounded_costs[reached].max() < 1.7
 
+
+def test_a_search_may_end_when_its_targets_are_settled():
+    grid, clearance = believed(clutter(np.random.default_rng(3)))
+    planner, memory = Planner(), SearchMemory()
+    full = costs_of(planner.flood(grid, clearance, (8, 8)))
+    terrain = planner.terrain(grid, clearance)
+
+    def costs_m(targets, want=None):
+        request = SearchRequest.flood(terrain, np.array(targets), want, np.inf)
+        memory.search(terrain, terrain.flat((8, 8)), terrain.prices, request)
+        cost = memory.cost[[terrain.flat(target) for target in targets]]
+        return cost * np.float32(terrain.metres_per_cost), memory.n_touched
+
     near, far = np.argwhere((full > 0.5) & (full < 0.6))[0][::-1], np.argwhere(np.isfinite(full))[-1][::-1]
-    one = planner.flood(grid, clearance, (8, 8), targets=np.array([near, far]), want=1)
-    assert np.isfinite(one.cost_at(near[None])[0])
-    assert one.n_reached < np.isfinite(full).sum()
-    both = planner.flood(grid, clearance, (8, 8), targets=np.array([near, far]))
-    np.testing.assert_array_equal(
-        both.cost_at(np.array([near, far])), full[[near[1], far[1]], [near[0], far[0]]]
-    )
+    exact = full[[near[1], far[1]], [near[0], far[0]]]
+    costs, n_touched = costs_m((near, far), want=1)
+    assert costs[0] == exact[0]
+    assert n_touched < np.isfinite(full).sum()
+    np.testing.assert_array_equal(costs_m((near, far))[0], exact)
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -279,7 +291,7 @@ def test_a_start_inside_inflation_leads_out_first():
     grid, clearance = believed(open_room(80, 60))
     planner = Planner()
     wave = planner.flood(grid, clearance, (1, 30))
-    assert wave.start_moved
+    assert wave.escape_cells.size
     assert clearance[wave.start_cell[1], wave.start_cell[0]] >= 0.12
     path = wave.path_to((60, 30))
     assert path is not None
@@ -287,7 +299,7 @@ def test_a_start_inside_inflation_leads_out_first():
     assert 0.15 < path.escape_m < 0.35
     assert not planner.is_blocked(path, grid, clearance)
     assert np.hypot(*np.subtract(wave.start_cell, (1, 30))) < 4
-    assert not planner.flood(grid, clearance, (40, 30)).start_moved
+    assert not planner.flood(grid, clearance, (40, 30)).escape_cells.size
 
 
 def test_an_escape_does_not_lead_through_a_wall():
@@ -306,7 +318,7 @@ def test_from_an_island_made_by_noise_the_flood_starts_on_the_mainland():
     unknown[29:32, 39:42] = False
     grid, clearance = believed(occupied, unknown=unknown)
     wave = Planner().flood(grid, clearance, (40, 30))
-    assert wave.start_moved
+    assert wave.escape_cells.size
     assert np.isfinite(wave.cost_at(np.array([[60, 30]]))[0])
 
 
@@ -326,7 +338,7 @@ def test_a_way_out_of_clutter_is_forgiven_to_its_end_however_long_it_is():
     grid, clearance = believed(closet_round_the_bend())
     planner = Planner()
     wave = planner.flood(grid, clearance, (12, 10))
-    assert wave.start_moved
+    assert wave.escape_cells.size
     path = wave.path_to((70, 45))
     assert path is not None
     assert path.escape_m > planner.config.escape_radius_m
@@ -380,7 +392,7 @@ def test_a_closed_closet_is_not_taken_for_an_island():
     occupied[20:41, 30] = occupied[20:41, 50] = occupied[20, 30:51] = occupied[40, 30:51] = True
     grid, clearance = believed(occupied)
     wave = Planner().flood(grid, clearance, (40, 30))
-    assert not wave.start_moved
+    assert not wave.escape_cells.size
     assert wave.is_exhausted
     assert not np.isfinite(wave.cost_at(np.array([[10, 10]]))[0])
 

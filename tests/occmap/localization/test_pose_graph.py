@@ -59,15 +59,15 @@ def test_perfect_edges_pull_scattered_nodes_to_the_truth():
     np.testing.assert_allclose(graph.poses, [as_row(p) for p in truth], atol=1e-6)
 
 
-def test_where_the_first_node_is_held_changes_nothing_but_the_frame():
+def test_where_the_first_node_is_put_changes_nothing_but_the_frame():
     plain, _ = loop(np.random.default_rng(2), noise=0.05)
     moved, _ = loop(np.random.default_rng(2), noise=0.05)
     gauge = Pose2(-3.0, 7.0, 2.5)
     for k in range(len(moved.poses)):
         moved.poses[k] = as_row(gauge @ moved.pose(k))
-    held = moved.pose(0)
+    first = moved.pose(0)
     a, b = plain.optimise(), moved.optimise()
-    assert moved.pose(0) == held
+    assert moved.pose(0) == first
     assert b.cost == pytest.approx(a.cost, rel=1e-9)
     for k in range(len(plain.poses)):
         expected = gauge @ plain.pose(k)
@@ -108,11 +108,11 @@ def test_a_loss_s_weight_is_its_derivative(loss: Loss):
 
 
 def test_assembly_equals_dense_normal_equations():
-    """Edges in both directions, twice between one pair, and at a second held node."""
+    """Edges in both directions, twice between one pair, and at a second fixed node."""
     rng = np.random.default_rng(4)
     graph = PoseGraph()
-    for k in range(7):
-        graph.add_node(random_pose(rng), held=k == 4)
+    for _ in range(7):
+        graph.add_node(random_pose(rng))
     for i, j in ((0, 1), (2, 1), (1, 2), (1, 2), (5, 3), (3, 4), (6, 5), (6, 0), (2, 6), (0, 4)):
         graph.add_edge(i, j, random_pose(rng), INFORMATION, Loss.DCS, 5.0)
     slot = np.array([-1, 0, 1, 2, -1, 3, 4])
