@@ -11,9 +11,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from occmap.grid import OCCUPIED
 from occmap.kernel import kernel, part
-
-OCCUPIED = np.uint8(2)
 
 
 @kernel

@@ -23,8 +23,10 @@ def way_out(
     None if the start is on that piece, or if there is none. The way may cross any cell that is not
     occupied: a robot that stands among them has fitted so far; it does not cross walls.
     """
+    from occmap.planner_kernels import STRAIGHT, walk_back
+
     start = terrain.flat(start_cell)
-    dearest = float(escape_prices.max()) / 1024.0
+    dearest = float(escape_prices.max()) / STRAIGHT
     memory.search(terrain, start, escape_prices, SearchRequest.flood(terrain, None, None, radius_m * dearest))
     near = np.sort(memory.touched[: memory.n_touched])
     nx = terrain.shape[1]
@@ -38,8 +40,6 @@ def way_out(
     if piece[near == start][0] == main:
         return None
     candidates = near[piece == main]
-    from occmap.planner_kernels import walk_back
-
     return walk_back(int(candidates[np.argmin(memory.cost[candidates])]), nx, memory.link, start)
 
 

@@ -7,10 +7,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from occmap.grid import SOLID_HITS
+from occmap.grid import FREE, OCCUPIED, SOLID_HITS, UNKNOWN
 from occmap.kernel import kernel, part
 
-UNKNOWN, FREE, OCCUPIED = np.uint8(0), np.uint8(1), np.uint8(2)
 FRONTIER = np.uint8(1)
 """A frontier cell in the mask. While cells are clustered, the mask also holds the marks below."""
 NOTED = np.uint8(128)

@@ -6,11 +6,9 @@ import math
 
 import numpy as np
 
-from occmap.grid import Belief
+from occmap.grid import OCCUPIED, UNKNOWN
 from occmap.kernel import kernel, part
 
-UNKNOWN = np.uint8(Belief.UNKNOWN)
-OCCUPIED = np.uint8(Belief.OCCUPIED)
 SPECK_CELLS = 1
 """A look may cross so many unknown cells in a row before the unknown that it is meant for. More is a wall
 that beams have only grazed: a look through it shows nothing."""

@@ -34,6 +34,10 @@ class Belief(IntEnum):
     OCCUPIED = 2
 
 
+UNKNOWN, FREE, OCCUPIED = np.uint8(Belief.UNKNOWN), np.uint8(Belief.FREE), np.uint8(Belief.OCCUPIED)
+"""The same for kernels, in the arrays' own type."""
+
+
 @dataclass(frozen=True, slots=True)
 class GridFrame:
     """The one door between metres and cells: cell (0, 0) has its lower-left corner at origin_m."""

@@ -11,10 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from occmap.grid import FREE, OCCUPIED, UNKNOWN
 from occmap.kernel import kernel, part
 from occmap.vote_kernels import cones, lines
 
-UNKNOWN, FREE, OCCUPIED = np.uint8(0), np.uint8(1), np.uint8(2)
 ALREADY_VOTED = np.uint16(65535)
 """Marks a hit cell in the window when a cell has one vote a scan."""
 VOTES_PER_WORD = 4
@@ -122,7 +122,9 @@ def differs(odds, states, model):
     """Whether any cell's state is not what its log-odds say."""
     difference = np.uint8(0)
     for i in range(odds.shape[0]):
-        now = np.uint8(odds[i] < model.free_below) + np.uint8(2) * np.uint8(odds[i] > model.occupied_above)
+        now = FREE * np.uint8(odds[i] < model.free_below) + OCCUPIED * np.uint8(
+            odds[i] > model.occupied_above
+        )
         difference |= np.uint8(now) ^ states[i]
     return difference != 0
 

@@ -10,23 +10,38 @@ import math
 
 import numpy as np
 
+from occmap.grid import OCCUPIED
 from occmap.kernel import kernel, part
 
-STRAIGHT = 1024
+STRAIGHT_BITS = 10
+STRAIGHT = 1 << STRAIGHT_BITS
 DIAGONAL = 1448  # 1024 * sqrt(2), rounded down: 0.01 % short
 BINS_PER_M = 200
 UNREACHED = 2**31 - 1
-OPEN = 8  # bits of link: 0..2 the direction we came by, then whether the cell waits, is a target
-TARGET = 16
+DIRECTION, OPEN, TARGET = 7, 8, 16
+"""Bits of a cell's link: the direction that the cheapest way came by, whether the cell waits, is a target."""
+ALL_BITS = 255
+AT_BUCKET, N_WAITING, N_SETTLED, N_TOUCHED = 0, 1, 2, 3
+"""Places in `at`, how far a search is: the bucket, cells waiting, targets settled, cells touched."""
+NOT_BEGUN = -1
+"""Of cells waiting: the next call begins a search."""
 OUT_OF_MEMORY = -1
+ROUNDING = 0.02
+"""Of a bin: float32 metres that lie on a bin's border are taken for it and not for the one below."""
+TOLERANCE = 1.01
+"""A shortcut may cost so many times what it replaces: what the line costs is an estimate, from samples,"""
+SAMPLING_ERROR = 0.25 * STRAIGHT
+"""and so much more: a quarter of the cheapest step."""
+PATIENCE = 6
+"""So many failures in a row end the look for a shortcut."""
 STEP_X = (1, 0, -1, 0, 1, -1, -1, 1)  # the straight ones first: a diagonal lies between two of them
 STEP_Y = (0, 1, 0, -1, 1, 1, -1, -1)
 
 
 @part
 def price(cell, state, clearance_m, entry_cost, bins):
-    """Cost of entering a cell, 0 if the body does not go there. 0.02 guards against rounding down."""
-    column = min(int(clearance_m[cell] * BINS_PER_M + 0.02), bins - 1)
+    """Cost of entering a cell, 0 if the body does not go there."""
+    column = min(int(clearance_m[cell] * BINS_PER_M + ROUNDING), bins - 1)
     return entry_cost[state[cell] * bins + column]
 
 
@@ -80,23 +95,23 @@ def search(
     4-neighbours (no corner cutting). The queue lives in `heads`, a power of two of buckets and two,
     and `items` (m, 2), its linked entries.
 
-    `at` (4,) is how far the search is: the bucket, the cells waiting (-1: it has yet to begin), the
-    targets settled and the cells touched (before it begins: those of the last search, to be cleaned
-    up). A search that a limit ended goes on where it was if called again with a higher one.
+    `at` (4,) is how far the search is, see AT_BUCKET; before it begins, its N_TOUCHED cells are those of the
+    last search, to be cleaned up. A search that a limit ended goes on if called again with a higher one.
 
     O(cells touched). Returns the cost below which all is exact, or OUT_OF_MEMORY if `items` was too short.
     """
     bins, ny, mask = entry_cost.size // 3, state.size // nx, heads.size - 3
-    if at[1] < 0:
-        for k in range(at[3]):
+    if at[N_WAITING] == NOT_BEGUN:
+        for k in range(at[N_TOUCHED]):
             cost[touched[k]] = UNREACHED
         heads[:] = -1
         heads[-1] = 0
         touched[0] = start
         cost[start], link[start] = 0, (link[start] & TARGET) | OPEN
-        at[0], at[1], at[2], at[3] = octile(start % nx, start // nx, box) >> shift, 1, 0, 1
-        _push(start, at[0] & mask, heads, items)
-    bucket, waiting, settled, n_touched = at[0], at[1], at[2], at[3]
+        at[AT_BUCKET] = octile(start % nx, start // nx, box) >> shift
+        at[N_WAITING], at[N_SETTLED], at[N_TOUCHED] = 1, 0, 1
+        _push(start, at[AT_BUCKET] & mask, heads, items)
+    bucket, waiting, settled, n_touched = at[AT_BUCKET], at[N_WAITING], at[N_SETTLED], at[N_TOUCHED]
     passable, rows_per_cell = np.empty(8, np.bool_), 1.0 / nx
     exact_below = UNREACHED
     while waiting > 0:
@@ -110,7 +125,7 @@ def search(
         waiting -= 1
         if not link[cell] & OPEN:
             continue
-        link[cell] &= ~OPEN & 255
+        link[cell] &= ALL_BITS - OPEN
         settled += 1 if link[cell] & TARGET else 0
         so_far, iy = cost[cell], int((cell + 0.5) * rows_per_cell)  # quicker than a division
         ix = cell - iy * nx
@@ -130,7 +145,7 @@ def search(
             if step == 0:
                 continue
             passable[direction] = True
-            there = so_far + (step if direction < 4 else (step * DIAGONAL) >> 10)
+            there = so_far + (step if direction < 4 else (step * DIAGONAL) >> STRAIGHT_BITS)
             if there >= known:
                 continue
             if known == UNREACHED:
@@ -138,10 +153,10 @@ def search(
                 n_touched += 1
             cost[other], link[other] = there, (link[other] & TARGET) | OPEN | direction
             if not _push(other, ((there + octile(jx, jy, box)) >> shift) & mask, heads, items):
-                at[3] = n_touched
+                at[N_TOUCHED] = n_touched
                 return OUT_OF_MEMORY
             waiting += 1
-    at[0], at[1], at[2], at[3] = bucket, waiting, settled, n_touched
+    at[AT_BUCKET], at[N_WAITING], at[N_SETTLED], at[N_TOUCHED] = bucket, waiting, settled, n_touched
     return exact_below
 
 
@@ -151,14 +166,14 @@ def walk_back(cell, nx, link, start):
     steps = 0
     at = cell
     while at != start:
-        direction = link[at] & 7
+        direction = link[at] & DIRECTION
         at -= STEP_Y[direction] * nx + STEP_X[direction]
         steps += 1
     cells = np.empty(steps + 1, np.int32)
     at = cell
     for k in range(steps, 0, -1):
         cells[k] = at
-        direction = link[at] & 7
+        direction = link[at] & DIRECTION
         at -= STEP_Y[direction] * nx + STEP_X[direction]
     cells[0] = start
     return cells
@@ -196,8 +211,6 @@ def shortcut(cells, nx, state, clearance_m, entry_cost):
     failures in a row end the look (a zigzag fails and works by turns). O(n * length of the lines).
     """
     bins = entry_cost.size // 3
-    tolerance = 1.01
-    patience = 6
     n = len(cells)
     paid, so_far = np.empty(n, np.int64), np.empty(n)
     paid[0], so_far[0] = 0, 0.0
@@ -212,10 +225,10 @@ def shortcut(cells, nx, state, clearance_m, entry_cost):
     while at < n - 1:
         best, failures, ahead = at + 1, 0, at + 2
         dearest = paid[at + 1]
-        while ahead < n and failures < patience:
+        while ahead < n and failures < PATIENCE:
             dearest = max(dearest, paid[ahead])
             cost = line_cost(cells[at], cells[ahead], nx, state, clearance_m, entry_cost, dearest)
-            if 0.0 <= cost <= (so_far[ahead] - so_far[at]) * tolerance + 0.25 * STRAIGHT:
+            if 0.0 <= cost <= (so_far[ahead] - so_far[at]) * TOLERANCE + SAMPLING_ERROR:
                 best, failures = ahead, 0
             else:
                 failures += 1
@@ -248,7 +261,7 @@ def least_clearance(points, clearance_m, state, origin_x, origin_y, resolution_m
                 ix = math.floor((first[0] + dx * i / samples - origin_x) / resolution_m)
                 iy = math.floor((first[1] + dy * i / samples - origin_y) / resolution_m)
                 clear = 0.0
-                if 0 <= ix < nx and 0 <= iy < ny and state[iy, ix] != 2:
+                if 0 <= ix < nx and 0 <= iy < ny and state[iy, ix] != OCCUPIED:
                     clear = clearance_m[iy, ix]
                 if lead_m < 0.0:
                     if clear < ample_m:

@@ -7,10 +7,9 @@ import math
 import numpy as np
 
 from occmap.goals_kernels import sees, sees_into
-from occmap.grid import Belief
+from occmap.grid import FREE, OCCUPIED
 from occmap.kernel import kernel, part
 
-FREE, OCCUPIED = np.uint8(Belief.FREE), np.uint8(Belief.OCCUPIED)
 MOST_LINES = 12
 """So many blocks are asked whether they see a frontier; the next would be far off."""
 
