@@ -1,7 +1,7 @@
 """Kernels of the compass: surfels of walls, seen along one direction, fall into sharp lines.
 
-Surfel rows are those of surfel_kernels. A wall's side is which of the four directions, a quarter turn
-apart, its normal is near to; the offset is how far along that direction it lies.
+For what surfels (n, COLUMNS) hold see surfel_rows. A wall's side is which of the four directions, a
+quarter turn apart, its normal is near to; the offset is how far along that direction it lies.
 """
 
 from __future__ import annotations
@@ -11,17 +11,26 @@ import math
 import numpy as np
 
 from occmap.kernel import kernel, part
+from occmap.localization.surfel_rows import (
+    COUNT,
+    FLAT,
+    FLATNESS,
+    MEAN_X,
+    MEAN_Y,
+    MOST_COUNT,
+    NORMAL_X,
+    NORMAL_Y,
+)
 
-FLAT = 0.5
-"""Surfels less flat than this are no walls."""
-MOST_COUNT = 20.0
-"""A surfel of more points than this weighs no more: it is as good as its voxel."""
+W, WU, WV, WUU, WUV = range(5)
+"""A line's sums, of weight times what is along it (u) and off the origin (v)."""
+SUMS = 5
 
 
 @kernel
 def _side(row, c, s, cosine):
     """0 to 3: which of four directions a surfel faces; -1 if none within the angle of this cosine."""
-    along, across = c * row[2] + s * row[3], c * row[3] - s * row[2]
+    along, across = c * row[NORMAL_X] + s * row[NORMAL_Y], c * row[NORMAL_Y] - s * row[NORMAL_X]
     if along > cosine:
         return 0
     if across > cosine:
@@ -35,7 +44,7 @@ def _side(row, c, s, cosine):
 
 @kernel
 def _weight(row, least_count):
-    return min(row[5], MOST_COUNT) if row[4] > FLAT and row[5] >= least_count else 0.0
+    return min(row[COUNT], MOST_COUNT) if row[FLATNESS] > FLAT and row[COUNT] >= least_count else 0.0
 
 
 @kernel
@@ -51,7 +60,7 @@ def offsets(surfels, yaw, cosine, least_count, cell_m, reach_m, histogram):
         side = _side(row, c, s, cosine) if weight > 0.0 else -1
         if side < 0:
             continue
-        offset = c * row[0] + s * row[1] if side % 2 == 0 else c * row[1] - s * row[0]
+        offset = c * row[MEAN_X] + s * row[MEAN_Y] if side % 2 == 0 else c * row[MEAN_Y] - s * row[MEAN_X]
         place = (offset + reach_m) / cell_m
         k = math.floor(place)
         if 0 <= k < histogram.shape[1] - 1:
@@ -92,7 +101,7 @@ def straighten(surfels, yaw, iterations, cosine, least_count, cell_m, reach_m, l
     for _ in range(iterations):
         total = offsets(surfels, yaw, cosine, least_count, cell_m, reach_m, histogram)
         lines = _peaks(histogram, line, least_wall)
-        sums = np.empty((lines, 5))
+        sums = np.empty((lines, SUMS))
         sums[:, :] = 0.0
         c, s = math.cos(yaw), math.sin(yaw)
         for p in range(surfels.shape[0]):
@@ -101,22 +110,22 @@ def straighten(surfels, yaw, iterations, cosine, least_count, cell_m, reach_m, l
             side = _side(row, c, s, cosine) if weight > 0.0 else -1
             if side < 0:
                 continue
-            x, y = c * row[0] + s * row[1], c * row[1] - s * row[0]
+            x, y = c * row[MEAN_X] + s * row[MEAN_Y], c * row[MEAN_Y] - s * row[MEAN_X]
             offset, along = (x, y) if side % 2 == 0 else (y, -x)
             k = math.floor((offset + reach_m) / cell_m + 0.5)
             if 0 <= k < bins and line[side, k] >= 0:
                 at = sums[line[side, k]]
-                at[0] += weight
-                at[1] += weight * along
-                at[2] += weight * offset
-                at[3] += weight * along * along
-                at[4] += weight * along * offset
+                at[W] += weight
+                at[WU] += weight * along
+                at[WV] += weight * offset
+                at[WUU] += weight * along * along
+                at[WUV] += weight * along * offset
         inertia = slope = inside = 0.0
         for at in sums:
-            if at[0] > 0.0:
-                inside += at[0]
-                inertia += at[3] - at[1] * at[1] / at[0]
-                slope += at[4] - at[1] * at[2] / at[0]
+            if at[W] > 0.0:
+                inside += at[W]
+                inertia += at[WUU] - at[WU] * at[WU] / at[W]
+                slope += at[WUV] - at[WU] * at[WV] / at[W]
         if inertia <= 0.0:
             return yaw, 0.0, 0.0
         share = inside / total

@@ -12,8 +12,16 @@ from occmap.localization.loop_candidates import Candidate
 from occmap.localization.matcher import Match, Matcher
 from occmap.localization.submap import Submap, share_seen_through
 from occmap.localization.surfel_map import Cloud
+from occmap.localization.surfel_rows import COUNT, FLAT, FLATNESS, MEAN, NORMAL, VIEW
 from occmap.localization.window import Window
 from occmap.localization.window_search import WindowSearch
+
+SEEN_TWICE = 2.0
+"""Points of a surfel that is no stray return."""
+KEY_STRIDE = 1_000_003
+"""Squares (x, y) become one number by it: more than there are squares side by side."""
+HARDLY_A_PRIOR = 1e-3 * np.eye(3)
+"""Information of x, y, yaw: the points decide, and where they tell nothing the pose stays as it is."""
 
 
 @dataclass(frozen=True)
@@ -125,7 +133,7 @@ def closer_look(
 ) -> Match | None:
     """The pose near one found, if there the younger lies on the older and neither looks through the other."""
     cloud = seen_nearby(younger, config.refine_spacing_m, config)
-    match = matcher.refine(cloud, older, found, found, 1e-3 * np.eye(3))
+    match = matcher.refine(cloud, older, found, found, HARDLY_A_PRIOR)
     if match.fit < config.least_fit:
         return None
     through = _seen_through(config, older, younger, match)
@@ -146,17 +154,17 @@ def seen_nearby(submap: Submap, spacing_m: float, config: ComparisonConfig) -> C
     """The surfels seen at least twice, near where the robot was; the surest of each square of this side."""
     assert submap.cloud is not None, "only finished submaps are compared"
     rows = submap.cloud.rows
-    rows = rows[rows[:, 5] >= 2.0]
-    rows = rows[np.argsort(-rows[:, 5], kind="stable")]
-    square = np.floor(rows[:, :2] / spacing_m).astype(np.int64)
-    _, first = np.unique(square[:, 0] * 1_000_003 + square[:, 1], return_index=True)
+    rows = rows[rows[:, COUNT] >= SEEN_TWICE]
+    rows = rows[np.argsort(-rows[:, COUNT], kind="stable")]
+    square = np.floor(rows[:, MEAN] / spacing_m).astype(np.int64)
+    _, first = np.unique(square[:, 0] * KEY_STRIDE + square[:, 1], return_index=True)
     rows = rows[np.sort(first)].astype(np.float64)
-    distance_m = np.hypot(*(rows[:, :2] - np.asarray(submap.centre)).T)
+    distance_m = np.hypot(*(rows[:, MEAN] - np.asarray(submap.centre)).T)
     enough = round(config.query_points * config.query_spacing_m / spacing_m)
     far_m = np.sort(distance_m)[enough] if len(rows) > enough else config.query_most_m
     rows = rows[distance_m < min(max(far_m, config.query_radius_m), config.query_most_m)]
-    facing = np.where(rows[:, 4:5] > 0.5, rows[:, 2:4], rows[:, 6:8])
-    points = np.ascontiguousarray(rows[:, :2])
+    facing = np.where(rows[:, FLATNESS, None] > FLAT, rows[:, NORMAL], rows[:, VIEW])
+    points = np.ascontiguousarray(rows[:, MEAN])
     return Cloud(points, np.ascontiguousarray(facing))
 
 

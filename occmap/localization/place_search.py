@@ -10,11 +10,15 @@ import numpy as np
 
 from occmap.config_checks import Positive
 from occmap.geometry import Pose2, wrap_angle
+from occmap.localization.loop_comparison import HARDLY_A_PRIOR
 from occmap.localization.matcher import Matcher
 from occmap.localization.submap import Submap
 from occmap.localization.surfel_map import Cloud
 from occmap.localization.window import Window
 from occmap.localization.window_search import WindowSearch
+
+RIVAL_SHARE = 0.7
+"""A place whose score on the raster is less than this share of the best fit cannot rival it."""
 
 
 @dataclass(frozen=True)
@@ -105,10 +109,10 @@ class PlaceSearch:
         c = self.config
         reach_m = max(1.0, float(np.hypot(*self._points.T).max()))
         best_fit = max((sighting.fit for sighting in self.sightings), default=0.0)
-        least = max(c.least_score, 0.7 * best_fit)  # what cannot rival the best one is of no interest
+        least = max(c.least_score, RIVAL_SHARE * best_fit)
         return Window(Pose2(*submap.centre, 0.0), c.window_m, math.pi, 2.0 * c.off_m / reach_m, least)
 
     def _look_closely(self, submap: Submap, found: Pose2) -> None:
-        match = self._matcher.refine(self._cloud, submap, found, found, 1e-3 * np.eye(3))
+        match = self._matcher.refine(self._cloud, submap, found, found, HARDLY_A_PRIOR)
         map_from_submap = self._map_from_submap[self._left[-1]]
         self.sightings.append(Sighting(map_from_submap @ match.submap_from_robot, match.fit))

@@ -12,6 +12,7 @@ from occmap.config_checks import Positive
 from occmap.geometry import Points, Pose2
 from occmap.localization.likelihood_pyramid import LikelihoodPyramid
 from occmap.localization.surfel_map import BRIDGE_OFF_M, Cloud, Corner, PackedSurfels, SurfelMap
+from occmap.localization.surfel_rows import MEAN
 from occmap.scan import Scan
 
 ROOM_VOXELS = 4
@@ -103,7 +104,7 @@ class Submap:
         What more of its views looked through than met was somebody who walked by.
         """
         rows = self.surfels.finished_rows()
-        met, passed = self.judge(rows[:, :2].astype(np.float64))
+        met, passed = self.judge(rows[:, MEAN].astype(np.float64))
         self.cloud = PackedSurfels.of(rows[passed <= met])
         self.release()
 

@@ -2,9 +2,8 @@
 
 A surfel is the mean of all points that fell into one voxel, with the normal of the wall round it,
 towards the side that it was seen from: a partition has two faces, and a scan of one must not be
-pulled to the other. `index` (ny, nx) int32 holds a voxel's row in `surfels` (capacity, 8) or -1; a row
-is (mean x, mean y, normal x, normal y, flatness, count, view x, view y), the view being the mean unit
-vector towards the sensor. Flatness is 0 where there is no normal, -1 where there is too little to tell.
+pulled to the other. `index` (ny, nx) int32 holds a voxel's row in `surfels` (capacity, COLUMNS) or -1; what
+a row holds is told by surfel_rows. Points and views are in the map's frame unless said otherwise.
 """
 
 from __future__ import annotations
@@ -14,11 +13,37 @@ import math
 import numpy as np
 
 from occmap.kernel import fast_kernel, kernel, part
+from occmap.localization.surfel_rows import (
+    COUNT,
+    FLAT,
+    FLATNESS,
+    MEAN_X,
+    MEAN_Y,
+    MOST_COUNT,
+    NO_NORMAL,
+    NORMAL_X,
+    NORMAL_Y,
+    TOO_LITTLE,
+    VIEW_X,
+    VIEW_Y,
+)
 
 LEAST_SUPPORT = 4.0
 """Fewer points tell nothing."""
-FLAT = 0.5
-"""From this flatness on a surfel is meant to be a piece of a wall."""
+OTHER_FACE = -0.3
+"""Surfels whose views have a smaller scalar product were seen from the two sides of one wall."""
+LEAST_VARIANCE_M2 = 0.0025
+"""Along its longer axis; a blob of less than 5 cm has no direction."""
+FADING = 0.25
+"""A surfel d voxels away weighs (1 - FADING d^2)^2: nothing from two voxels on."""
+POINT_SHARE = 0.1
+"""A distance from a surfel without a normal weighs so much of one off a wall, whichever way it goes."""
+ENOUGH_M, ENOUGH_RAD = 1e-3, 1e-4
+"""A smaller step ends the iterations at one scale,"""
+ENOUGH_AT_LAST_M, ENOUGH_AT_LAST_RAD = 1e-4, 1e-5
+"""and at the last of them."""
+SINGULAR = 1e-12
+"""A determinant no larger than this is taken for none."""
 ROUGH_SHARE = 0.3
 """Of the roughness of walls, what may look like information along them: noise tilts their normals."""
 OVERSTEP = 1.25
@@ -45,11 +70,11 @@ def insert(index, surfels, size, points, facing, origin_x, origin_y, voxels_per_
             index[iy, ix] = row
             surfels[row, :] = 0.0
             size += 1
-        surfels[row, 5] += 1.0
-        surfels[row, 0] += (points[p, 0] - surfels[row, 0]) / surfels[row, 5]
-        surfels[row, 1] += (points[p, 1] - surfels[row, 1]) / surfels[row, 5]
-        surfels[row, 6] += (facing[p, 0] - surfels[row, 6]) / surfels[row, 5]
-        surfels[row, 7] += (facing[p, 1] - surfels[row, 7]) / surfels[row, 5]
+        surfels[row, COUNT] += 1.0
+        surfels[row, MEAN_X] += (points[p, 0] - surfels[row, MEAN_X]) / surfels[row, COUNT]
+        surfels[row, MEAN_Y] += (points[p, 1] - surfels[row, MEAN_Y]) / surfels[row, COUNT]
+        surfels[row, VIEW_X] += (facing[p, 0] - surfels[row, VIEW_X]) / surfels[row, COUNT]
+        surfels[row, VIEW_Y] += (facing[p, 1] - surfels[row, VIEW_Y]) / surfels[row, COUNT]
     for p in range(points.shape[0]):
         ix = math.floor((points[p, 0] - origin_x) * voxels_per_m)
         iy = math.floor((points[p, 1] - origin_y) * voxels_per_m)
@@ -62,8 +87,8 @@ def insert(index, surfels, size, points, facing, origin_x, origin_y, voxels_per_
 def renew_normals(index, surfels, size, origin_x, origin_y, voxels_per_m):
     """The normals of all surfels, from all that is known by now."""
     for row in range(size):
-        ix = math.floor((surfels[row, 0] - origin_x) * voxels_per_m)
-        iy = math.floor((surfels[row, 1] - origin_y) * voxels_per_m)
+        ix = math.floor((surfels[row, MEAN_X] - origin_x) * voxels_per_m)
+        iy = math.floor((surfels[row, MEAN_Y] - origin_y) * voxels_per_m)
         _renew_normal(index, surfels, ix, iy)
 
 
@@ -73,15 +98,16 @@ def _renew_normal(index, surfels, ix, iy):
     n = 0.0
     sx = sy = sxx = sxy = syy = 0.0
     here = index[iy, ix]
-    x0, y0, vx, vy = surfels[here, 0], surfels[here, 1], surfels[here, 6], surfels[here, 7]
+    x0, y0 = surfels[here, MEAN_X], surfels[here, MEAN_Y]
+    vx, vy = surfels[here, VIEW_X], surfels[here, VIEW_Y]
     for y in range(iy - 2, iy + 3):
         for x in range(ix - 2, ix + 3):
             row = index[y, x]
             if row >= 0:
-                if surfels[row, 6] * vx + surfels[row, 7] * vy < -0.3:
+                if surfels[row, VIEW_X] * vx + surfels[row, VIEW_Y] * vy < OTHER_FACE:
                     continue  # the other face
-                w = min(surfels[row, 5], 20.0)
-                dx, dy = surfels[row, 0] - x0, surfels[row, 1] - y0
+                w = min(surfels[row, COUNT], MOST_COUNT)
+                dx, dy = surfels[row, MEAN_X] - x0, surfels[row, MEAN_Y] - y0
                 n += w
                 sx += w * dx
                 sy += w * dy
@@ -92,17 +118,17 @@ def _renew_normal(index, surfels, ix, iy):
     middle, spread = 0.5 * (cxx + cyy), math.hypot(0.5 * (cxx - cyy), cxy)
     thin, long = max(middle - spread, 0.0), middle + spread
     if n < LEAST_SUPPORT:
-        surfels[here, 4] = -1.0
+        surfels[here, FLATNESS] = TOO_LITTLE
         return
-    if long < 0.0025:  # a blob of less than 5 cm has no direction
-        surfels[here, 4] = 0.0
+    if long < LEAST_VARIANCE_M2:
+        surfels[here, FLATNESS] = NO_NORMAL
         return
     angle = 0.5 * math.atan2(2.0 * cxy, cxx - cyy) + 0.5 * math.pi
     nx, ny = math.cos(angle), math.sin(angle)
     if nx * vx + ny * vy < 0.0:
         nx, ny = -nx, -ny
-    surfels[here, 2], surfels[here, 3] = nx, ny
-    surfels[here, 4] = 1.0 - thin / long
+    surfels[here, NORMAL_X], surfels[here, NORMAL_Y] = nx, ny
+    surfels[here, FLATNESS] = 1.0 - thin / long
 
 
 @fast_kernel
@@ -117,7 +143,7 @@ def linearise(index, surfels, origin_x, origin_y, voxels_per_m, points, facing, 
     c, s = math.cos(pose[2]), math.sin(pose[2])
     weight_sum = 0.0
     roughness = 0.0
-    blur = 0.25 * voxels_per_m * voxels_per_m
+    fading = FADING * voxels_per_m * voxels_per_m
     for p in range(points.shape[0]):
         rx = c * points[p, 0] - s * points[p, 1]
         ry = s * points[p, 0] + c * points[p, 1]
@@ -134,16 +160,16 @@ def linearise(index, surfels, origin_x, origin_y, voxels_per_m, points, facing, 
                 row = index[j, i]
                 if row < 0:
                     continue
-                flat, nx, ny = surfels[row, 4], surfels[row, 2], surfels[row, 3]
+                flat, nx, ny = surfels[row, FLATNESS], surfels[row, NORMAL_X], surfels[row, NORMAL_Y]
                 if flat < 0.0 or (flat > FLAT and nx * fx + ny * fy < 0.0):
                     continue  # too little to tell, or the wall's other face
-                ex, ey = x - surfels[row, 0], y - surfels[row, 1]
-                near = 1.0 - (ex * ex + ey * ey) * blur
+                ex, ey = x - surfels[row, MEAN_X], y - surfels[row, MEAN_Y]
+                near = 1.0 - (ex * ex + ey * ey) * fading
                 if near <= 0.0:
                     continue
-                v = near * near * min(surfels[row, 5], 20.0)
-                # metric M = flat^2 n n^T + (1 - flat) * 0.1 * I, in which e^T M e is the squared residual
-                f2, iso = v * flat * flat, v * 0.1 * (1.0 - flat)
+                v = near * near * min(surfels[row, COUNT], MOST_COUNT)
+                # the squared residual is e^T M e, M = flat^2 n n^T + (1 - flat) * POINT_SHARE * I
+                f2, iso = v * flat * flat, v * POINT_SHARE * (1.0 - flat)
                 axx, axy, ayy = f2 * nx * nx + iso, f2 * nx * ny, f2 * ny * ny + iso
                 total += v
                 rough += v * (1.0 - flat) if flat > FLAT else 0.0
@@ -212,7 +238,9 @@ def refine(index, surfels, origin_x, origin_y, voxels_per_m, points, facing, sta
     weight = 0.0
     per_point = 1.0 / (sigma_m * sigma_m)
     for k in range(scales.shape[0]):
-        enough_m, enough_rad = (1e-4, 1e-5) if k == scales.shape[0] - 1 else (1e-3, 1e-4)
+        is_last = k == scales.shape[0] - 1
+        enough_m = ENOUGH_AT_LAST_M if is_last else ENOUGH_M
+        enough_rad = ENOUGH_AT_LAST_RAD if is_last else ENOUGH_RAD
         for _ in range(iterations):
             hessian[:, :] = 0.0
             gradient[:] = 0.0
@@ -256,7 +284,7 @@ def _solve3(a, b):
     det = a[0, 0] * c00 + a[0, 1] * c01 + a[0, 2] * c02
     x = np.empty(3)
     x[:] = 0.0
-    if det <= 1e-12:
+    if det <= SINGULAR:
         return x
     c11 = a[0, 0] * a[2, 2] - a[0, 2] * a[2, 0]
     c12 = a[0, 2] * a[1, 0] - a[0, 0] * a[1, 2]
@@ -271,6 +299,6 @@ def _solve3(a, b):
 def reindex(index, surfels, origin_x, origin_y, voxels_per_m):
     """Enter all surfels into an empty index."""
     for row in range(surfels.shape[0]):
-        ix = math.floor((surfels[row, 0] - origin_x) * voxels_per_m)
-        iy = math.floor((surfels[row, 1] - origin_y) * voxels_per_m)
+        ix = math.floor((surfels[row, MEAN_X] - origin_x) * voxels_per_m)
+        iy = math.floor((surfels[row, MEAN_Y] - origin_y) * voxels_per_m)
         index[iy, ix] = row

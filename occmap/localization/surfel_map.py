@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from occmap.geometry import Points, Pose2
+from occmap.localization.surfel_rows import COLUMNS, MEAN
 from occmap.scan import Scan
 
 Corner = tuple[float, float]
 
-COLUMNS = 8
-"""Of a surfel's row: mean (2), normal (2), flatness, count, view (2); see surfel_kernels."""
-
+FIRST_ROWS = 1024
+"""Room for so many surfels at first, and for twice as many whenever it runs short."""
 BRIDGE_SPACING_M = 0.08
 """Between the points that stand for a wall."""
 BRIDGE_M = 2.0
@@ -76,8 +76,8 @@ class PackedSurfels:
     @staticmethod
     def of(rows: NDArray[np.float32]) -> PackedSurfels:
         """Pack rows (n, COLUMNS)."""
-        others = np.minimum(rows[:, 2:], np.finfo(np.float16).max)
-        return PackedSurfels(rows[:, :2].copy(), others.astype(np.float16))
+        others = np.minimum(rows[:, MEAN.stop :], np.finfo(np.float16).max)
+        return PackedSurfels(rows[:, MEAN].copy(), others.astype(np.float16))
 
     def __len__(self) -> int:
         return len(self.means)
@@ -97,7 +97,7 @@ class SurfelMap:
         nx = math.ceil((high_m[0] - low_m[0]) / voxel_m) + 1
         ny = math.ceil((high_m[1] - low_m[1]) / voxel_m) + 1
         self.index = np.full((ny, nx), -1, np.int32)
-        self.rows: NDArray[np.float64] = np.zeros((1024, COLUMNS))
+        self.rows: NDArray[np.float64] = np.zeros((FIRST_ROWS, COLUMNS))
         self.size = 0
 
     def insert(self, cloud: Cloud) -> None:

@@ -13,6 +13,7 @@ from occmap.localization.compass import QUARTER, Compass, CompassConfig
 from occmap.localization.pose_graph import PoseGraph
 from occmap.localization.submap import Submap, SubmapConfig
 from occmap.localization.surfel_map import PackedSurfels
+from occmap.localization.surfel_rows import COLUMNS, COUNT, FLATNESS, MEAN, NORMAL, VIEW
 
 CONFIG = CompassConfig()
 SPACING_M = 0.05
@@ -20,27 +21,27 @@ DRIFT_RAD = 0.0015
 
 
 def wall(start, end, facing: float, rng: np.random.Generator, off_m: float = 0.01):
-    """(n, 8) surfels of a wall from a place (x, y) to another, seen from its left (1) or right (-1)."""
+    """(n, COLUMNS) surfels of a wall from a place (x, y) to another, seen from its left (1) or right (-1)."""
     a, b = np.array(start), np.array(end)
     length = float(np.hypot(*(b - a)))
     t = np.arange(0.0, length, SPACING_M)[:, None] / length
     normal = facing * np.array([-(b - a)[1], (b - a)[0]]) / length
-    rows = np.zeros((len(t), 8))
-    rows[:, :2] = a + t * (b - a) + off_m * rng.standard_normal((len(t), 1)) * normal
-    rows[:, 2:4] = normal
-    rows[:, 4], rows[:, 5], rows[:, 6:8] = 0.95, 8.0, normal
+    rows = np.zeros((len(t), COLUMNS))
+    rows[:, MEAN] = a + t * (b - a) + off_m * rng.standard_normal((len(t), 1)) * normal
+    rows[:, NORMAL] = normal
+    rows[:, FLATNESS], rows[:, COUNT], rows[:, VIEW] = 0.95, 8.0, normal
     return rows
 
 
 def turned(rows, yaw_rad: float):
     turn, out = Pose2(0.0, 0.0, yaw_rad), rows.copy()
-    for columns in (slice(0, 2), slice(2, 4), slice(6, 8)):
+    for columns in (MEAN, NORMAL, VIEW):
         out[:, columns] = turn.apply(np.ascontiguousarray(rows[:, columns]))
     return out
 
 
 def rooms(rng: np.random.Generator):
-    """(n, 8) surfels of a room and a corridor beyond its door."""
+    """(n, COLUMNS) surfels of a room and a corridor beyond its door."""
     corners = [
         ((0, 0), (6, 0)), ((6, 0), (6, 2)), ((6, 3), (6, 5)), ((6, 5), (0, 5)), ((0, 5), (0, 0)),
         ((6.1, 5), (6.1, -4)), ((8, -4), (8, 9)),
@@ -173,8 +174,8 @@ def test_offsets_are_a_histogram():
     for side in range(4):
         axis = np.array([math.cos(yaw + side * QUARTER), math.sin(yaw + side * QUARTER)])
         sign = 1.0 if side < 2 else -1.0  # offsets are those of the axis, not of the side
-        place = (sign * (rows[:, :2] @ axis) + reach_m) / cell_m
-        for p in np.flatnonzero(rows[:, 2:4] @ axis > math.cos(0.26)):
+        place = (sign * (rows[:, MEAN] @ axis) + reach_m) / cell_m
+        for p in np.flatnonzero(rows[:, NORMAL] @ axis > math.cos(0.26)):
             k = math.floor(place[p])
             twin[side, k] += 8.0 * (1.0 - (place[p] - k))
             twin[side, k + 1] += 8.0 * (place[p] - k)
