@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from occmap.grid import MOST_HITS
 from occmap.kernel import kernel, part
 
 NEIGHBOURS_RAD = 0.1
@@ -70,7 +71,7 @@ def beam_ends(bearings, ranges, min_range, max_range, usable_range, company, x, 
 
 @kernel
 def count_hits(points, hit, ix0, iy0, hits, solid):
-    """Count in hits (ny, nx) uint8, up to 255, the cells in which beams ended. O(n).
+    """Count in hits (ny, nx) uint8, up to MOST_HITS, the cells in which beams ended. O(n).
 
     points (1 + n, 2): the sensor and the beams' ends in cells of a window whose cell (0, 0) is grid cell
     (ix0, iy0); hit (n,): which ends are hits. Returns (k,) flat indices of the cells whose count has just
@@ -81,7 +82,7 @@ def count_hits(points, hit, ix0, iy0, hits, solid):
     n = 0
     for k in range(hit.shape[0]):
         ix, iy = math.floor(points[k + 1, 0]) + ix0, math.floor(points[k + 1, 1]) + iy0
-        if not hit[k] or hits[iy, ix] == 255:
+        if not hit[k] or hits[iy, ix] == MOST_HITS:
             continue
         hits[iy, ix] += np.uint8(1)
         if hits[iy, ix] == 1 or hits[iy, ix] == solid:

@@ -13,6 +13,9 @@ from occmap.grid import Belief, OccupancyGrid
 from occmap.lazy_arrays import lazy_zeros
 from occmap.mapper import GridChange
 
+FARTHEST_CELLS = 255
+"""Distances along a column are kept in a byte each."""
+
 
 @dataclass(frozen=True)
 class ClearanceConfig:
@@ -112,7 +115,10 @@ class ClearanceMap:
 def distance_by_squares(truncate_m: float, resolution_m: float) -> NDArray[np.float32]:
     """(k,) clearance in metres at 0, 1, 2, ... squared cells; the last, truncate_m, is for all beyond."""
     radius = math.ceil(truncate_m / resolution_m + 0.5)
-    if radius > 255:
-        raise ValueError(f"truncate_m of {truncate_m} is more than 254 cells of {resolution_m} m: lower it")
+    if radius > FARTHEST_CELLS:
+        raise ValueError(
+            f"truncate_m of {truncate_m} is more than {FARTHEST_CELLS - 1} cells of {resolution_m} m: "
+            "lower it"
+        )
     distance_m = (np.sqrt(np.arange(radius * radius + 1)) - 0.5) * resolution_m
     return np.clip(distance_m, 0.0, truncate_m).astype(np.float32)

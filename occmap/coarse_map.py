@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from occmap.frontiers import Frontier
 from occmap.grid import GridFrame
 from occmap.search import SearchMemory, SearchRequest
-from occmap.terrain import Terrain
+from occmap.terrain import FLOAT32_SLACK_M, Terrain
 
 BLOCK_M = 0.3
 """Side of a block. The body's axis can come no nearer than this to a wall's other side, so that no way leads
@@ -36,7 +36,7 @@ class CoarseMap:
         self._kernels = tour_kernels
         shape = -(-fine.shape[0] // self.side), -(-fine.shape[1] // self.side)
         state, clearance_m = np.empty(shape, np.uint8), np.empty(shape, np.float32)
-        least_m = np.float32(fine.limits.comfortable_m - 1e-4)
+        least_m = np.float32(fine.limits.comfortable_m - FLOAT32_SLACK_M)
         tour_kernels.coarsen(fine.state, fine.clearance_m, self.side, least_m, state, clearance_m)
         frame = GridFrame(fine.frame.resolution_m * self.side, fine.frame.origin_m)
         self.terrain = Terrain(frame, state, clearance_m, fine.prices, fine.limits)

@@ -19,6 +19,26 @@ from occmap.way import Drive, Way
 
 BRAKING_SHARE, BEND_SHARE = 0.5, 0.8
 """Of what the base can do, no more is planned with."""
+LOOK_BACK_M, LOOK_ON_M = 0.3, 1.0
+"""On a path the robot is looked for so far before and beyond where it was: paths may cross themselves."""
+GOT_ON_M = 0.02
+"""A robot that comes by less farther than ever has not got on: noise."""
+SPEED_SHARES = (1.0, 0.6, 0.3)
+"""Of the speed that the way allows, what is tried in turn where something bars the arc to the aim."""
+NEVER_LEFT_M = 0.01
+"""At the end of a path so much is taken to be left: braking for nothing, the robot would never arrive."""
+EVADE_M, EVADE_RAD = 0.1, 0.1
+"""A direction to evade to is free for this far; the robot turns until it is less off it."""
+TURN_BRAKING_SHARE = 0.6
+"""Of what the base can do, what a turn in place is braked with,"""
+TURN_GAIN_PER_S = 3.0
+"""and so much of what is left of it is turned per second: it ends softly."""
+FREE_M, CREEP_MPS = 0.1, 0.1
+"""A command must be free for so far, a slower one as if it were this fast,"""
+FREE_PERIODS, FREE_AT_MOST_S = 3.0, 1.0
+"""and for so many periods; but no longer than this."""
+LEAST_CURVATURE, LEAST_SQUARE_M2 = 1e-6, 1e-6
+"""Keep divisions off zero."""
 
 
 @dataclass(frozen=True)
@@ -160,9 +180,9 @@ class Follower:
             self._now = Progress(path)
         now = self._now
         now.progress_m, off_m = self.way.place(
-            path, map_from_robot, now.progress_m - 0.3, now.progress_m + 1.0
+            path, map_from_robot, now.progress_m - LOOK_BACK_M, now.progress_m + LOOK_ON_M
         )
-        if now.progress_m > now.farthest_m + 0.02:
+        if now.progress_m > now.farthest_m + GOT_ON_M:
             now.farthest_m, now.held_up_s, now.waited_s = now.progress_m, 0.0, 0.0
         if now.held_up_s > 0.0:
             now.held_up_s += self.body.period_s
@@ -189,9 +209,9 @@ class Follower:
         now.is_turning = abs(error) > (c.turn_until_rad if now.is_turning else c.turn_from_rad)
         if now.is_turning:
             return self._turn(error)
-        curvature = 2.0 * y / max(x * x + y * y, 1e-6)
+        curvature = 2.0 * y / max(x * x + y * y, LEAST_SQUARE_M2)
         speed = self._speed_limit_mps(path, curvature, is_backward)
-        for share in (1.0, 0.6, 0.3):
+        for share in SPEED_SHARES:
             v = share * (-speed if is_backward else speed)
             command = Twist2(v, v * curvature)
             if self._is_free(twist, command):
@@ -201,10 +221,10 @@ class Follower:
     def _speed_limit_mps(self, path: Path, curvature: float, is_backward: bool) -> float:
         """Highest speed that the way, the arc to the aim and the path's end allow."""
         c = self.config
-        remaining_m = max(path.length_m - self._now.progress_m, 0.01)
+        remaining_m = max(path.length_m - self._now.progress_m, NEVER_LEFT_M)
         return min(
             self.way.speed_limit_mps(),
-            self._bend_turn_radps / max(abs(curvature), 1e-6),
+            self._bend_turn_radps / max(abs(curvature), LEAST_CURVATURE),
             math.sqrt(2.0 * self._braking_mps2 * remaining_m),
             c.slow_speed_mps if is_backward else self.body.max_speed_mps,
         )
@@ -214,13 +234,13 @@ class Follower:
         c, now = self.config, self._now
         now.held_up_s = max(now.held_up_s, self.body.period_s)
         now.waited_s += self.body.period_s
-        free = self.surroundings.free_bearing(bearing, c.evade_within_rad, 0.1)
+        free = self.surroundings.free_bearing(bearing, c.evade_within_rad, EVADE_M)
         if free is None:
             if now.waited_s >= c.patience_s:
                 now.retreat_m, now.waited_s = c.retreat_m, 0.0
             return Twist2.zero()
         error = wrap_angle(free)
-        if abs(error) > 0.1:
+        if abs(error) > EVADE_RAD:
             return self._turn(error)
         onward = Twist2(c.slow_speed_mps, 0.0)
         return onward if self._is_free(twist, onward) else Twist2.zero()
@@ -237,11 +257,12 @@ class Follower:
 
     def _turn(self, error: float) -> Twist2:
         """Turn in place by an angle, as fast as it can be ended in time. A round body may turn anywhere."""
-        in_time = math.sqrt(1.2 * self.body.turn_acceleration_radps2 * abs(error))
-        rate = min(self.body.max_turn_radps, in_time, 3.0 * abs(error))
+        in_time = math.sqrt(2.0 * TURN_BRAKING_SHARE * self.body.turn_acceleration_radps2 * abs(error))
+        rate = min(self.body.max_turn_radps, in_time, TURN_GAIN_PER_S * abs(error))
         return Twist2(0.0, math.copysign(rate, error))
 
     def _is_free(self, twist: Twist2, command: Twist2) -> bool:
-        """Whether a command is safe: for three of them and braking, or slowly for 0.1 m; a second at most."""
-        hold_s = min(max(0.1 / max(abs(command.linear_mps), 0.1), 3.0 * self.body.period_s), 1.0)
+        """Whether a command is safe for some periods, or slowly for some way, and while braking after it."""
+        way_s = FREE_M / max(abs(command.linear_mps), CREEP_MPS)
+        hold_s = min(max(way_s, FREE_PERIODS * self.body.period_s), FREE_AT_MOST_S)
         return self.surroundings.is_free(twist, command, hold_s)

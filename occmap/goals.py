@@ -24,7 +24,13 @@ SAME_GOAL_M = 1.0
 """Goals whose frontiers lie no farther apart are taken for one, seen at two times."""
 
 GONE_SHARE = 0.25
-"""With less than this of its frontier left, a goal is gone."""
+"""With less than this of its frontier left, a goal is gone,"""
+GONE_WITHIN_M = 0.3
+"""and as much is left as has some frontier within this: edges move while the robot looks at them."""
+GAIN_RAYS = 96
+"""Cast all around to tell what a look would reveal: one in 4 degrees, 20 cm apart at 3 m."""
+SIZE_DEPTH_M = 1.0
+"""Where gain is by size, a frontier's length stands for an area so deep."""
 
 TARGETS = 6
 """A frontier is sampled at so many places to tell what is seen of it."""
@@ -190,14 +196,14 @@ class GoalChooser:
         if is_by_cost_alone(self.config.strategy):
             return math.nan
         if self.config.gain == "size":
-            return frontier.size * r * 1.0
+            return frontier.size * r * SIZE_DEPTH_M
         return self.in_sight_m2(grid, ix, iy)
 
     def in_sight_m2(self, grid: OccupancyGrid, ix: int, iy: int) -> float:
         """Unknown area that a look from a cell is expected to reveal."""
         r = grid.frame.resolution_m
         reach = int(self.config.gain_range_m / r)
-        return self._kernels.expected_gain_cells(grid.state, ix, iy, reach, 96) * r * r
+        return self._kernels.expected_gain_cells(grid.state, ix, iy, reach, GAIN_RAYS) * r * r
 
     def affordable_m(self, best: Goal | None) -> float:
         """The most that a goal may cost to be worth comparing with the best so far."""
@@ -213,11 +219,11 @@ class GoalChooser:
         return worth(self.config.strategy, gain_m2, cost_m, self.config.lambda_m_per_m2)
 
     def is_gone(self, goal: Goal, grid: OccupancyGrid, frontier_mask: np.ndarray) -> bool:
-        """Whether next to nothing of the goal's frontier is left within 0.3 m of where it was."""
+        """Whether next to nothing of the goal's frontier is left near where it was."""
         cells = grid.frame.cell_from_map(np.concatenate((goal.watched_in_map, *goal.also_watched_in_map)))
         if goal.is_nook:
             return self._kernels.share_beside_unknown(grid.state, cells) < GONE_SHARE
-        radius = max(1, round(0.3 / grid.frame.resolution_m))
+        radius = max(1, round(GONE_WITHIN_M / grid.frame.resolution_m))
         return self._kernels.share_with_neighbour(frontier_mask, cells, radius) < GONE_SHARE
 
     def successor(self, goal: Goal, goals: Sequence[Goal]) -> Goal | None:

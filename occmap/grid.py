@@ -21,7 +21,8 @@ which cell the robot's start (0, 0) lies, differently before and after the grid 
 SOLID_HITS = 4
 """A cell in which so many beams ended holds a surface, whatever flew through the rest of it since. Beams that
 graze a wall take the belief of the cells that it only enters away again, far more often than they are hit."""
-
+MOST_HITS = 255
+"""Beams that ended in a cell are counted in a byte, and no farther."""
 MOST_SLACK_M = 25.0
 """Beyond what it must, a grid grows by no more than this on a side."""
 
@@ -120,7 +121,7 @@ class OccupancyGrid:
 
     `log_odds` and `state` are (ny, nx) arrays `a[iy, ix]`, row 0 at the lowest y. `state` is the
     thresholded belief (see Belief); whoever writes log_odds keeps state in step (Mapper does).
-    `hits` counts the beams that ended in each cell, up to 255.
+    `hits` counts the beams that ended in each cell, up to MOST_HITS.
     The lattice is fixed to the map frame: a cell's centre never moves when the grid grows, only
     the index of the array's first cell, `offset`, does.
     """

@@ -29,6 +29,8 @@ GAP_DEPTH_M = 0.5
 """What a gap as wide as the robot promises for each metre of its width: a corner is behind it, or a room."""
 BESIDE_M = 0.5
 """A crack in a wall that the robot can come up to is no farther from where its axis can be."""
+UNTOUCHED = 0.1
+"""Log-odds nearer to the prior than this no beam has changed: less than any beam does."""
 
 
 class Nooks:
@@ -132,7 +134,7 @@ class Nooks:
         """Targets (n, 5) so many steps behind a mouth that no beam has ever got to."""
         inside = self._kernels.unknown_inside(grid.state, mouth.cells, least, deepest)
         belief = grid.log_odds[inside[:, 1], inside[:, 0]]
-        return inside[np.abs(belief - grid.prior_log_odds) < 0.1]
+        return inside[np.abs(belief - grid.prior_log_odds) < UNTOUCHED]
 
 
 def _is_beside(edge: Frontier, grid: OccupancyGrid, wave: Wavefront) -> bool:

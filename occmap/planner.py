@@ -18,7 +18,7 @@ from occmap.grid import Belief, Cells, OccupancyGrid
 from occmap.path import Path
 from occmap.search import SearchMemory, SearchRequest
 from occmap.slices import Sliced
-from occmap.terrain import ClearanceLimits, Terrain, escape_price_list, price_list
+from occmap.terrain import FLOAT32_SLACK_M, ClearanceLimits, Terrain, escape_price_list, price_list
 from occmap.wavefront import Wavefront
 
 __all__ = ["Path", "Planner", "PlannerConfig", "Wavefront", "WideningFlood"]
@@ -27,6 +27,10 @@ RING_M = 16.0
 """A flood goes so much farther at a time: in the middle of a large hall that is two million cells."""
 GAP_AHEAD_M = 0.6
 """What holds the robot up is looked for so far ahead: in reach of the follower's look."""
+GAP_ARM = 4
+"""The direction of a path through a gap is that from so many half cells before it to as many behind."""
+DEAREST = 100.0
+"""Of weights: costs are int32, and a way through 20,000 cells of it must not overflow."""
 
 
 @dataclass(frozen=True)
@@ -60,9 +64,10 @@ class PlannerConfig(NeverNegative):
                 "need 0 <= keep_margin_m < comfortable_margin_m < roomy_margin_m, got "
                 f"{self.keep_margin_m}, {self.comfortable_margin_m} and {self.roomy_margin_m}"
             )
-        if not 1.0 <= self.wall_weight <= self.tight_weight <= 100.0:
+        if not 1.0 <= self.wall_weight <= self.tight_weight <= DEAREST:
             raise ValueError(
-                f"need 1 <= wall_weight <= tight_weight <= 100, got {self.wall_weight}, {self.tight_weight}"
+                f"need 1 <= wall_weight <= tight_weight <= {DEAREST:g}, "
+                f"got {self.wall_weight}, {self.tight_weight}"
             )
 
     def limits(self, body_radius_m: float, resolution_m: float) -> ClearanceLimits:
@@ -109,7 +114,9 @@ class Planner:
     ) -> NDArray[np.bool_]:
         """(ny, nx) free cells with the body's radius and a margin (default: comfortable) of clearance."""
         margin = self.config.comfortable_margin_m if margin_m is None else margin_m
-        return (grid.state == Belief.FREE) & (clearance_m >= np.float32(self.body.radius_m + margin - 1e-4))
+        return (grid.state == Belief.FREE) & (
+            clearance_m >= np.float32(self.body.radius_m + margin - FLOAT32_SLACK_M)
+        )
 
     def terrain(self, grid: OccupancyGrid, clearance_m: NDArray[np.float32]) -> Terrain:
         """The map as the searches see it."""
@@ -191,7 +198,7 @@ class Planner:
         k = int(np.argmin(room_m))
         if not room_m[k] < terrain.limits.comfortable_m:
             return None
-        before, after = max(k - 4, 0), min(k + 4, len(x) - 1)
+        before, after = max(k - GAP_ARM, 0), min(k + GAP_ARM, len(x) - 1)
         direction_rad = math.atan2(y[after] - y[before], x[after] - x[before])
         return gap_at((float(x[k]), float(y[k])), direction_rad, float(room_m[k]), grid)
 

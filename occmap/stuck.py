@@ -14,6 +14,14 @@ from occmap.scan import Observation, Scan
 
 FEWEST_BEAMS = 8
 """Fewer are no view: what they meet next may well be as far away."""
+LEAST_SHARE = 0.2
+"""Of all beams, that must return twice to be a view: a featureless place says nothing about motion."""
+SAME_RANGE_SHARE = 0.015
+"""Of itself, by which a range may change beyond same_range_m and be the same."""
+JUMP_M, JUMP_RAD = 0.2, 0.4
+"""Odometry that moves by more than this beyond twice what was commanded was set anew."""
+SLACK_S = 1e-6
+"""Rounding of times."""
 
 
 @dataclass(frozen=True)
@@ -67,12 +75,12 @@ class StuckDetector:
     def remember(self, seen: Observation, twist: Twist2) -> None:
         """Note the twist that is about to be commanded."""
         self._moments.append(_Moment(seen.time_s, seen.odom_from_robot, seen.scan, twist))
-        while seen.time_s - self._moments[0].time_s > self.config.window_s + 1e-6:
+        while seen.time_s - self._moments[0].time_s > self.config.window_s + SLACK_S:
             self._moments.popleft()
 
     def is_stuck(self, seen: Observation) -> bool:
         """True if the last window's commands should have moved the robot and did not."""
-        if not self._moments or seen.time_s - self._moments[0].time_s < self.config.window_s - 1e-6:
+        if not self._moments or seen.time_s - self._moments[0].time_s < self.config.window_s - SLACK_S:
             return False
         commanded_m, commanded_rad = self._commanded(seen.time_s)
         if commanded_m < self.config.min_commanded_m and commanded_rad < self.config.min_commanded_rad:
@@ -121,17 +129,17 @@ class StuckDetector:
 
     def _share_same(self, before: np.ndarray, after: np.ndarray) -> float:
         both = np.flatnonzero(np.isfinite(before) & np.isfinite(after))
-        if len(both) < 0.2 * len(before):
-            return 0.0  # a featureless place says nothing about motion
+        if len(both) < LEAST_SHARE * len(before):
+            return 0.0
         before, after = before[both], after[both]
-        is_same = np.abs(after - before) < self.config.same_range_m + 0.015 * before
+        is_same = np.abs(after - before) < self.config.same_range_m + SAME_RANGE_SHARE * before
         return np.count_nonzero(is_same) / len(both)
 
 
 def _is_a_jump(moved: Pose2, commanded_m: float, commanded_rad: float) -> bool:
     """Whether odometry moved far more than was commanded: set anew, it says nothing about the wheels."""
-    far = math.hypot(moved.x_m, moved.y_m) > 2.0 * commanded_m + 0.2
-    return far or abs(moved.yaw_rad) > 2.0 * commanded_rad + 0.4
+    far = math.hypot(moved.x_m, moved.y_m) > 2.0 * commanded_m + JUMP_M
+    return far or abs(moved.yaw_rad) > 2.0 * commanded_rad + JUMP_RAD
 
 
 def _ranges_after(scan: Scan, old_from_new: Pose2) -> np.ndarray:

@@ -13,6 +13,11 @@ from occmap.geometry import Points, Pose2, Twist2
 from occmap.grid import OccupancyGrid
 from occmap.scan import Scan
 
+NEAR_CELLS = 1.5
+"""The map confirms a lone return if it has something within so many cells: in the next one, aslant."""
+BACK_M = 0.1
+"""So far behind the robot the map is asked whether it may back."""
+
 
 @dataclass(frozen=True)
 class SurroundingsConfig:
@@ -82,7 +87,7 @@ class Surroundings:
         cell_m = grid.frame.resolution_m
         n_hits = self._kernels.keep_believed(
             self._lone, n_lone, self._hits, n_hits,
-            *map_from_robot.numbers(), clearance_m, *grid.frame.origin_m, cell_m, 1.5 * cell_m,
+            *map_from_robot.numbers(), clearance_m, *grid.frame.origin_m, cell_m, NEAR_CELLS * cell_m,
         )  # fmt: skip
         self.hits = self._hits[:n_hits]
         self._seen_from, self._map = map_from_robot, (grid, clearance_m)
@@ -93,7 +98,7 @@ class Surroundings:
         Backwards the map is asked too: not every lidar looks behind.
         """
         b = self.base
-        if command.linear_mps < 0.0 and self._map_clearance_m(-0.1) < min(
+        if command.linear_mps < 0.0 and self._map_clearance_m(-BACK_M) < min(
             self._map_clearance_m(0.0), b.safe_m
         ):
             return False

@@ -10,6 +10,12 @@ TOUCHING_M = 0.01
 """With this much less than the safe distance to something, the robot all but touches it."""
 GAIN_M = 0.01
 """Less that a move would gain is noise."""
+STEP_S = 0.05
+"""Motion is predicted in steps of so long: of a few centimetres."""
+SPARE_M = 0.002
+"""A direction is chosen with so much more room than `is_free` asks for, so that it passes there."""
+STEP_RAD, STEPS_AHEAD = 0.1, 8
+"""Directions tried lie so far apart; on each, so many places are."""
 
 
 @kernel
@@ -103,7 +109,7 @@ def is_free(v, w, v_command, w_command, hold_s, v_ramp, w_ramp, hits, safe_m):
     that it all but touches, forwards only to where there is more room: else noise would let it creep
     into a gap that it does not fit through, a scan at a time. O(steps * hits).
     """
-    dt = 0.05
+    dt = STEP_S
     x, y, yaw = 0.0, 0.0, 0.0
     least_m = least_distance(0.0, 0.0, hits)
     need = min(safe_m, least_m)
@@ -131,17 +137,15 @@ def free_bearing(bearing, widest, reach_m, hits, safe_m):
 
     Free as in `is_free`. A coarse vector field histogram (Borenstein and Koren 1991). O(directions * hits).
     """
-    # a little more than `is_free` asks for, so that what is chosen here passes there
     here_m = least_distance(0.0, 0.0, hits)
-    need = min(safe_m, here_m) + 0.002
+    need = min(safe_m, here_m) + SPARE_M
     room_m = min(safe_m - TOUCHING_M, here_m + GAIN_M)
-    step = 0.1
-    for i in range(2 * int(widest / step) + 1):
-        direction = bearing + step * ((i + 1) // 2) * (1.0 if i % 2 else -1.0)
+    for i in range(2 * int(widest / STEP_RAD) + 1):
+        direction = bearing + STEP_RAD * ((i + 1) // 2) * (1.0 if i % 2 else -1.0)
         is_clear = True
         least_m = 0.0
-        for k in range(1, 9):
-            along = reach_m * k / 8
+        for k in range(1, STEPS_AHEAD + 1):
+            along = reach_m * k / STEPS_AHEAD
             least_m = least_distance(along * math.cos(direction), along * math.sin(direction), hits)
             if least_m < need:
                 is_clear = False

@@ -15,6 +15,12 @@ from occmap.path import Path
 
 ESCAPE_ROOM_M = 0.2
 """On the way out of where no path may start, more clearance than this is not worth a detour."""
+ESCAPE_WALL_WEIGHT = 5.0
+"""A metre right beside an obstacle counts for so many there."""
+FLOAT32_SLACK_M = 1e-4
+"""A clearance (float32) that is less than a limit by no more than this is up to it."""
+FLOAT64_SLACK_M = 1e-9
+"""The same, between float64."""
 
 
 @dataclass(frozen=True)
@@ -101,7 +107,7 @@ class Terrain:
     def is_open(self, window: tuple[slice, slice]) -> NDArray[np.bool_]:
         """Which cells of a window the body may enter."""
         is_free = self.state[window] == Belief.FREE
-        return is_free & (self.clearance_m[window] >= np.float32(self.limits.tight_m - 1e-4))
+        return is_free & (self.clearance_m[window] >= np.float32(self.limits.tight_m - FLOAT32_SLACK_M))
 
     def path(
         self, cells: NDArray[np.int32], cost_m: float, escape_cells: NDArray[np.int32], escape_radius_m: float
@@ -153,8 +159,8 @@ def price_list(
     clearance = np.arange(math.ceil(roomy_m * BINS_PER_M) + 1) / BINS_PER_M
     nearness = np.clip((roomy_m - clearance) / (roomy_m - limits.comfortable_m), 0.0, 1.0)
     weight = 1.0 + (wall_weight - 1.0) * nearness**2
-    weight[clearance < limits.comfortable_m - 1e-9] = tight_weight
-    weight[clearance < limits.tight_m - 1e-9] = 0.0
+    weight[clearance < limits.comfortable_m - FLOAT64_SLACK_M] = tight_weight
+    weight[clearance < limits.tight_m - FLOAT64_SLACK_M] = 0.0
     prices = np.zeros((3, len(clearance)), np.int32)
     prices[Belief.FREE] = np.round(weight * STRAIGHT)
     return prices.ravel()
@@ -165,7 +171,7 @@ def escape_price_list() -> NDArray[np.int32]:
     from occmap.planner_kernels import BINS_PER_M, STRAIGHT
 
     clearance = np.arange(math.ceil(ESCAPE_ROOM_M * BINS_PER_M) + 1) / BINS_PER_M
-    weight = 1.0 + 4.0 * np.clip(1.0 - clearance / ESCAPE_ROOM_M, 0.0, 1.0)
+    weight = 1.0 + (ESCAPE_WALL_WEIGHT - 1.0) * np.clip(1.0 - clearance / ESCAPE_ROOM_M, 0.0, 1.0)
     prices = np.zeros((3, len(clearance)), np.int32)
     prices[Belief.FREE] = np.round(weight * STRAIGHT)
     prices[Belief.UNKNOWN] = 2 * prices[Belief.FREE]

@@ -12,6 +12,8 @@ from occmap.kernel import kernel, part
 
 MOST_LINES = 12
 """So many blocks are asked whether they see a frontier; the next would be far off."""
+FIRST_PAIRS = 256
+"""Room for so many pairs at first; twice as much whenever they run out."""
 
 
 @kernel
@@ -76,7 +78,7 @@ def watchers(state, clearance_m, side, cost_m, targets, ends, reach, share):
     its targets are in line of sight from the block's roomiest cell. O(frontiers x blocks in reach) lines.
     """
     ny, nx = cost_m.shape
-    pairs = np.empty((256, 2), np.int64)
+    pairs = np.empty((FIRST_PAIRS, 2), np.int64)
     n = 0
     roomiest = np.empty((ny, nx), np.int64)
     roomiest[:, :] = -1

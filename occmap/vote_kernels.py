@@ -16,6 +16,9 @@ from occmap.rays import ray_cells
 
 vote = kernel(sensor_model.vote)
 
+FRACTION_BITS = 40
+"""Of the fixed-point numbers that rays are followed in."""
+
 
 @part
 def count_ray(window, stride, ix0, iy0, ix1, iy1):
@@ -33,10 +36,12 @@ def count_ray(window, stride, ix0, iy0, ix1, iy1):
     else:
         long, short, ahead, aside = dy, dx, step_y, step_x
     at = iy0 * stride + ix0
-    slope = (short << 40) // max(long, 1)
-    rise = (1 << 39) - 1  # just under one half: a ray through a corner stays on its side of it
+    slope = (short << FRACTION_BITS) // max(long, 1)
+    rise = (
+        1 << (FRACTION_BITS - 1)
+    ) - 1  # just under one half: a ray through a corner stays on its side of it
     for _ in range(long):
-        window[np.uint64(at + (rise >> 40) * aside)] += np.uint16(1)
+        window[np.uint64(at + (rise >> FRACTION_BITS) * aside)] += np.uint16(1)
         at += ahead
         rise += slope
 

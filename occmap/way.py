@@ -9,6 +9,9 @@ import numpy as np
 from occmap.geometry import Points, Pose2
 from occmap.path import Path
 
+SPARE_M = 0.01
+"""The line to the aim may come so much nearer to something than the way does: between samples, it may too."""
+
 
 @dataclass(frozen=True)
 class WayConfig:
@@ -94,6 +97,6 @@ class Way:
         """The farthest sample within bounds to which a straight line keeps room_m, or what the way has."""
         c = self.config
         soon = self._room[: round(farthest_m / c.spacing_m) + 1, 2]
-        need_m = min(room_m, float(soon.min()) - 0.01)
+        need_m = min(room_m, float(soon.min()) - SPARE_M)
         j = self._kernels.farthest_aim(self.samples, hits, c.spacing_m, nearest_m, farthest_m, need_m)
         return float(self.samples[j, 0]), float(self.samples[j, 1])

@@ -9,6 +9,19 @@ import numpy as np
 
 from occmap.kernel import kernel, part
 
+TINY = 1e-9
+"""Keeps divisions off zero."""
+TANGENT_SAMPLES, BEND_SAMPLES = 2, 4
+"""A direction is measured between so many samples before and after; that of a bend's arms, over so many."""
+STRAIGHT_RAD = 0.1
+"""A bend of less is the rounding of cells."""
+EVEN_M = 1e-3
+"""A way whose rooms to the left and right differ by no more lies in the middle."""
+SLOW_BEFORE_M = 0.5
+"""What is near the way slows the robot down from so far before it."""
+OFF_LINE_M, OFF_LINE_RAD = 0.12, 0.6
+"""A robot so far beside the line through a gap, or so much across it, is not lined up with it at all."""
+
 
 @kernel
 def place_on_path(points, stations_m, x, y, low_m, high_m):
@@ -61,9 +74,9 @@ def sample_path(points, stations_m, from_m, spacing_m, x, y, yaw, way):
 @part
 def _tangent(way, j):
     """Unit vector along the way at a sample."""
-    a, b = max(j - 2, 0), min(j + 2, len(way) - 1)
+    a, b = max(j - TANGENT_SAMPLES, 0), min(j + TANGENT_SAMPLES, len(way) - 1)
     tx, ty = way[b, 0] - way[a, 0], way[b, 1] - way[a, 1]
-    length = max(math.hypot(tx, ty), 1e-9)
+    length = max(math.hypot(tx, ty), TINY)
     return tx / length, ty / length
 
 
@@ -103,7 +116,7 @@ def centre(way, hits, beside_m, roomy_m, most_m, reach):
     widest = 0.0
     for j in range(len(way)):
         widest = max(widest, abs(room[j, 0] - room[j, 1]))
-    if widest < 1e-3:
+    if widest < EVEN_M:
         return room
     shift = np.empty(len(way))
     for j in range(len(way)):
@@ -132,21 +145,21 @@ def centre(way, hits, beside_m, roomy_m, most_m, reach):
 def speed_limit(way, room, spacing_m, top, slow, near_m, roomy_m, turn_radps, brake):
     """The speed from which the way can be driven: slow past obstacles and round bends, braking in good time.
 
-    Past something near_m away at `slow`, from roomy_m on at `top` (within the next 0.5 m); round a bend
+    Past something near_m away at `slow`, from roomy_m on at `top` (within SLOW_BEFORE_M); round a bend
     so that the turn rate stays below turn_radps. O(samples).
     """
     limit = top
-    half = 4
+    half = BEND_SAMPLES
     for j in range(len(way)):
         here = top
-        if j * spacing_m <= 0.5:
+        if j * spacing_m <= SLOW_BEFORE_M:
             share = min(max((room[j, 2] - near_m) / (roomy_m - near_m), 0.0), 1.0)
             here = slow + (top - slow) * share
         if half <= j < len(way) - half:
             ax, ay = way[j, 0] - way[j - half, 0], way[j, 1] - way[j - half, 1]
             bx, by = way[j + half, 0] - way[j, 0], way[j + half, 1] - way[j, 1]
             angle = abs(math.atan2(ax * by - ay * bx, ax * bx + ay * by))
-            if angle > 0.1:
+            if angle > STRAIGHT_RAD:
                 here = min(here, max(slow, turn_radps * half * spacing_m / angle))
         limit = min(limit, math.sqrt(here * here + 2.0 * brake * max(j - 2, 0) * spacing_m))
     return limit
@@ -156,15 +169,15 @@ def speed_limit(way, room, spacing_m, top, slow, near_m, roomy_m, turn_radps, br
 def alignment(way, room, tight_m, reach):
     """How well the robot is lined up with the first of `reach` samples that has less room than tight_m.
 
-    1 on the line through it and along it, falling to 0 at 0.12 m beside or 0.6 rad across; 1 if there
-    is no such place. O(reach).
+    1 on the line through it and along it, falling to 0 at OFF_LINE_M beside or OFF_LINE_RAD across; 1
+    if there is no such place. O(reach).
     """
     for j in range(min(len(way), reach)):
         if room[j, 2] < tight_m:
             tx, ty = _tangent(way, j)
             beside = abs(tx * way[j, 1] - ty * way[j, 0])
             across = abs(math.atan2(ty, tx))
-            return max(1.0 - max(beside / 0.12, across / 0.6), 0.0)
+            return max(1.0 - max(beside / OFF_LINE_M, across / OFF_LINE_RAD), 0.0)
     return 1.0
 
 
@@ -178,7 +191,7 @@ def farthest_aim(way, hits, spacing_m, nearest_m, farthest_m, need_m):
     first = min(int(nearest_m / spacing_m), len(way) - 1)
     for j in range(min(int(farthest_m / spacing_m), len(way) - 1), first, -1):
         x, y = way[j, 0], way[j, 1]
-        square = max(x * x + y * y, 1e-9)
+        square = max(x * x + y * y, TINY)
         is_clear = True
         for k in range(len(hits)):
             share = min(max((hits[k, 0] * x + hits[k, 1] * y) / square, 0.0), 1.0)

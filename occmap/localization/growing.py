@@ -5,12 +5,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
+FIRST_ROWS = 16
+"""Room at first; it is doubled whenever it runs out."""
+
 
 class GrowingArray:
     """Rows of one shape and dtype, appended in amortised constant time."""
 
     def __init__(self, row_shape: tuple[int, ...] = (), dtype: DTypeLike = np.float64) -> None:
-        self._storage = np.zeros((16, *row_shape), dtype)
+        self._storage = np.zeros((FIRST_ROWS, *row_shape), dtype)
         self._count = 0
 
     def __len__(self) -> int:

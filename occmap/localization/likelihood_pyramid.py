@@ -13,10 +13,12 @@ Corner = tuple[float, float]
 
 LEVELS = 7
 """The top bounds 64 x 64 cells at once: larger blocks bound nothing in a building."""
+HIGHEST = 255.0
+"""What the raster holds where a point was seen: a likelihood of 1."""
 
 
 class LikelihoodPyramid:
-    """Likelihood 0 to 255 of a point in each cell, and its upper bounds (see search_kernels)."""
+    """Likelihood, 0 to HIGHEST, of a point in each cell, and its upper bounds (see search_kernels)."""
 
     def __init__(self, cell_m: float, spread_m: float, low_m: Corner, high_m: Corner) -> None:
         self.cell_m = cell_m
@@ -49,4 +51,4 @@ def peak(sigma_cells: float) -> NDArray[np.uint8]:
     """(r, r) mark of a point, by the distance in cells along both axes: a Gaussian out to two sigma."""
     d = np.arange(math.ceil(2.0 * sigma_cells) + 1)
     gaussian = np.exp(-0.5 * (d[:, None] ** 2 + d[None, :] ** 2) / sigma_cells**2)
-    return np.round(255.0 * gaussian).astype(np.uint8)
+    return np.round(HIGHEST * gaussian).astype(np.uint8)

@@ -14,6 +14,8 @@ Floats = NDArray[np.float64]
 
 LEAST_WEIGHT = 0.25
 """An edge that its loss leaves less of is not believed, and makes nothing certain."""
+SURELY_REGULAR = 1e-6 * np.eye(3)
+"""Added to an edge's information, which may tell nothing along a corridor, so that it can be inverted."""
 
 
 @dataclass(frozen=True)
@@ -122,7 +124,7 @@ def _edge_variances(graph: PoseGraph) -> tuple[NDArray[np.int64], Floats, Floats
     """Ends (m, 2), position and yaw variance of every edge that has any weight left and tells a position."""
     tells = (graph.information[:, 0, 0] > 0.0) & (graph.information[:, 2, 2] > 0.0)
     alive = tells & (graph.weights() > LEAST_WEIGHT)
-    covariance: Floats = np.linalg.inv(graph.information[alive] + 1e-6 * np.eye(3)).astype(np.float64)
+    covariance: Floats = np.linalg.inv(graph.information[alive] + SURELY_REGULAR).astype(np.float64)
     return graph.ends[alive], covariance[:, 0, 0] + covariance[:, 1, 1], covariance[:, 2, 2]
 
 

@@ -18,6 +18,12 @@ from occmap.localization.pose_graph import Loss, PoseGraph
 from occmap.localization.ready_submaps import ReadySubmaps
 from occmap.localization.submap import Submap
 
+HOME_M, HOME_M_PER_STEP, HOME_AT_MOST_M = 0.1, 0.03, 0.5
+"""Out by one loop and back by another that agrees leads so near to where one began; the errors of the edges
+in between may add so much for each submap, but no more than to this."""
+HOME_RAD, HOME_RAD_PER_STEP, HOME_AT_MOST_RAD = 0.03, 0.005, 0.1
+"""The same, of the turn."""
+
 
 @dataclass(frozen=True)
 class LoopClosureConfig(Positive):
@@ -190,5 +196,6 @@ class LoopCloser:
         older, younger = self._from(a.older, b.older), self._from(a.younger, b.younger)
         home = a.older_from_younger @ younger @ b.older_from_younger.inverse() @ older.inverse()
         steps = steps_younger + steps_older
-        near_m, near_rad = min(0.1 + 0.03 * steps, 0.5), min(0.03 + 0.005 * steps, 0.1)
+        near_m = min(HOME_M + HOME_M_PER_STEP * steps, HOME_AT_MOST_M)
+        near_rad = min(HOME_RAD + HOME_RAD_PER_STEP * steps, HOME_AT_MOST_RAD)
         return math.hypot(home.x_m, home.y_m) < near_m and abs(home.yaw_rad) < near_rad

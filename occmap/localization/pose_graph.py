@@ -18,6 +18,13 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
+LEAST_DAMPING = 1e-3
+"""Of the initial damping: what is less makes no difference, and would take long to grow again."""
+NO_GAIN = 1e-3
+"""A predicted gain of less than this part of the tolerance is rounding."""
+ASYMMETRY = 1e-6
+"""Relative; what an inverted covariance may have."""
+
 
 class Loss(IntEnum):
     """Cost of an edge's disagreement, as a function of its chi2; all agree well below `loss_scale`."""
@@ -201,14 +208,14 @@ class PoseGraph:
         if new_cost <= cost:
             gain = (cost - new_cost) / predicted if predicted > 0.0 else 0.0
             self._damping *= max(1.0 / 3.0, 1.0 - (2.0 * min(gain, 1.0) - 1.0) ** 3)
-            self._damping = max(self._damping, 1e-3 * self.config.initial_damping)
+            self._damping = max(self._damping, LEAST_DAMPING * self.config.initial_damping)
             self._damping_growth = 2.0
             is_done = not is_lenient and cost - new_cost <= tolerance * cost
             return Iteration(cost, new_cost, accepted=True, converged=is_done)
         self.poses[:] = before
         self._damping *= self._damping_growth
         self._damping_growth *= 2.0
-        hopeless = self._damping > self.config.max_damping or predicted <= 1e-3 * tolerance * cost
+        hopeless = self._damping > self.config.max_damping or predicted <= NO_GAIN * tolerance * cost
         return Iteration(cost, cost, accepted=False, converged=hopeless and not is_lenient)
 
     def _scale_for_now(self) -> Floats:
@@ -249,4 +256,4 @@ class PoseGraph:
 
 
 def _is_finite_and_symmetric(matrix: Floats) -> bool:
-    return bool(np.all(np.isfinite(matrix)) and np.allclose(matrix, matrix.T, rtol=1e-6))
+    return bool(np.all(np.isfinite(matrix)) and np.allclose(matrix, matrix.T, rtol=ASYMMETRY))

@@ -18,6 +18,9 @@ from occmap.mapper import Mapper
 from occmap.scan import Scan
 from occmap.sensor_model import SensorModelConfig
 
+AFFECTED_SHARE = 0.2
+"""Of the move that is worth a new grid: what submaps show that move by less need not be built anew."""
+
 
 @dataclass(frozen=True)
 class ToldMapConfig(Positive):
@@ -191,7 +194,7 @@ class ToldMap:
 
     def _affected(self) -> Box:
         """Box of all that scans of moved submaps voted on, where they were and where they are."""
-        moved = self._moved(self._corrected, 0.2 * self.config.moved_m)
+        moved = self._moved(self._corrected, AFFECTED_SHARE * self.config.moved_m)
         return Box.over(
             [
                 Box.around(*poses[k].position, self._reach_m[k])

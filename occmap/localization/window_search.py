@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from occmap.geometry import Points, Pose2
-from occmap.localization.likelihood_pyramid import LikelihoodPyramid, top_blocks
+from occmap.localization.likelihood_pyramid import HIGHEST, LikelihoodPyramid, top_blocks
 from occmap.localization.window import Window
 
 NOWHERE_LIKELIER = (0.0, 0.0, 0.0)
@@ -33,7 +33,7 @@ class WindowSearch:
         self._angles_bounded = 0
         self._order = np.empty(0, np.int64)
         self._next = 0
-        self._best = np.array([0.0, 0.0, 0.0, math.floor(255.0 * len(points) * window.least_score)])
+        self._best = np.array([0.0, 0.0, 0.0, math.floor(HIGHEST * len(points) * window.least_score)])
         self._shun = window.shunned(raster.cell_m)
 
     @property
@@ -45,7 +45,7 @@ class WindowSearch:
     @property
     def score(self) -> float:
         """Score of the best pose so far; about least_score if none is better."""
-        return float(self._best[3]) / (255.0 * max(1, len(self._points)))
+        return float(self._best[3]) / (HIGHEST * max(1, len(self._points)))
 
     @property
     def found(self) -> bool:
