@@ -111,7 +111,7 @@ class Reasons:
         self._grid, self._looks = grid, looks
         self._least_m, self._body_radius_m = least_m, body_radius_m
         self._body = f"a body {2.0 * body_radius_m:.2f} m wide"
-        cost, below = wave.fixed_point()
+        cost, below = wave.raw_costs()
         self._reached = cost < below
         self._regions = np.empty(grid.shape, np.int32)
         ndimage.label(grid.state == Belief.FREE, output=self._regions)

@@ -45,7 +45,7 @@ DETOURS = (1.3, 3.0)
 
 
 @dataclass(frozen=True)
-class Search:
+class FoundGoals:
     """What a search found: the goal to pursue, if any, all its rivals, and the flood that reached them."""
 
     best: Goal | None
@@ -83,11 +83,11 @@ class GoalSearch:
         max_range_m: float,
         pursued: Goal | None = None,
         way_left_m: float = 0.0,
-    ) -> Sliced[Search]:
+    ) -> Sliced[FoundGoals]:
         """The goal worth most, or the one pursued where that is not much better.
 
         way_left_m: of the path to the goal pursued, if there is one that holds. The flood covers no more
-        than it must. A Search without a goal is over a flood of all that can be reached.
+        than it must. Without a goal it is over a flood of all that can be reached.
         """
         found = yield from self._among_leftovers(frontiers, grid, flood, max_range_m, pursued, way_left_m)
         if found is not None:
@@ -96,7 +96,7 @@ class GoalSearch:
         look = self._widening if tour is None else partial(self._along_tour, tour)
         goals, wave = yield from look(frontiers, grid, flood, pursued, way_left_m)
         if pursued is not None and pursued.is_nook and 0.0 < way_left_m < _cheapest_m(goals):
-            return Search(pursued, (pursued,), wave)  # nooks come last, but not once it is nearly there
+            return FoundGoals(pursued, (pursued,), wave)  # nooks come last, but not once it is nearly there
         if not goals:
             left = list(self._views.worth_a_look(frontiers, grid))
             goals = yield from self._views.from_afar(left, grid, wave, max_range_m)
@@ -106,7 +106,7 @@ class GoalSearch:
             goals = self._views.worthy(nooks, grid)
             if wave.n_reached > LARGE_CELLS:
                 self._leftovers = Leftovers({id(each): each for each in frontiers}, edges, grid.state)
-        return Search(self._prefer(goals, pursued), tuple(goals), wave)
+        return FoundGoals(self._prefer(goals, pursued), tuple(goals), wave)
 
     def _among_leftovers(
         self,
@@ -116,7 +116,7 @@ class GoalSearch:
         max_range_m: float,
         pursued: Goal | None,
         way_left_m: float,
-    ) -> Sliced[Search | None]:
+    ) -> Sliced[FoundGoals | None]:
         """A goal near the end of a large building: at frontiers new since all were hopeless, or at nooks.
 
         To look at all of it again for each of its last nooks would take as long as the rest. None if there
@@ -137,9 +137,9 @@ class GoalSearch:
                 nooks = yield from self._nooks.goals(mouths, grid, wave, max_range_m)
                 goals = self._views.worthy(nooks, grid)
             if pursued is not None and self._stays_best(bound_m, goals, wave, way_left_m):
-                return Search(pursued, (pursued,), wave)
+                return FoundGoals(pursued, (pursued,), wave)
             if goals and not self._may_widening_help(bound_m, goals, pursued):
-                return Search(self._prefer(goals, pursued), tuple(goals), wave)
+                return FoundGoals(self._prefer(goals, pursued), tuple(goals), wave)
         return None
 
     def unvisited(

@@ -171,7 +171,7 @@ class GoalChooser:
         if not len(targets):
             return None
         reach = max(1, int(reach_m / grid.frame.resolution_m))
-        cost, below = wave.fixed_point(within_m)
+        cost, below = wave.raw_costs(within_m)
         needed = max(1, math.ceil(share * len(targets)))
         ix, iy, n = self._kernels.find_viewpoint(grid.state, cost, below, targets, needed, reach, stride)
         self._looked_at_cells += n

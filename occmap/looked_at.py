@@ -17,7 +17,7 @@ SHOWN_M2 = 0.2
 
 
 @dataclass(frozen=True, slots=True)
-class HadLook(Look):
+class CompletedLook(Look):
     """A look that was had, in vain or not."""
 
     is_nook: bool
@@ -32,7 +32,7 @@ class LookedAt:
     """
 
     def __init__(self) -> None:
-        self._looks: list[HadLook] = []
+        self._looks: list[CompletedLook] = []
         self._trip: tuple[Goal, int] | None = None  # a far goal, and what was known around it on setting out
         self.in_vain = 0
         """So many looks from far away in a row have shown next to nothing."""
@@ -49,7 +49,7 @@ class LookedAt:
             is_in_vain = shown_cells * grid.frame.resolution_m**2 < SHOWN_M2
             self.in_vain, self._trip = (self.in_vain + 1 if is_in_vain else 0), None
         for watched in (goal.watched_in_map, *goal.also_watched_in_map):
-            self._looks.append(HadLook(*looked_at(watched, grid), goal.is_nook))
+            self._looks.append(CompletedLook(*looked_at(watched, grid), goal.is_nook))
 
     def times(self, frontier: Frontier, grid: OccupancyGrid, *, is_nook: bool = False) -> int:
         """How many looks were had where a frontier lies; of a nook, looks into nooks. O(looks)."""

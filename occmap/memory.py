@@ -150,7 +150,7 @@ class ReachMemory:
         free cells lead there at all; a gap that turned out too narrow for the body has not been closed.
         """
         self._align(grid)
-        cost, exact_below = wave.fixed_point()
+        cost, exact_below = wave.raw_costs()
         is_free = grid.state == Belief.FREE
         lost = is_free & roomy & (self._reached != 0) & (cost >= exact_below)
         if np.count_nonzero(lost) * grid.frame.resolution_m**2 <= CUT_OFF_M2:

@@ -141,5 +141,5 @@ def _is_beside(edge: Frontier, grid: OccupancyGrid, wave: Wavefront) -> bool:
     """Whether the body gets to within BESIDE_M of an edge: beyond glass there are cracks without number."""
     reach = round(BESIDE_M / grid.frame.resolution_m)
     (x0, y0), (x1, y1) = np.maximum(edge.cells.min(axis=0) - reach, 0), edge.cells.max(axis=0) + reach + 1
-    cost, below = wave.fixed_point()
+    cost, below = wave.raw_costs()
     return bool((cost[y0:y1, x0:x1] < below).any())

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from occmap.coarse_map import Blocks, CoarseMap
 from occmap.lookouts import Lookout, Sight, lookouts
 from occmap.search import SearchMemory
-from occmap.ways import Ways
+from occmap.ways import TravelCosts
 
 if TYPE_CHECKING:
     from occmap.terrain import Terrain
@@ -77,7 +77,7 @@ class Tour:
 
         self.config = config
         self._memory = SearchMemory()
-        self._ways = Ways()
+        self._ways = TravelCosts()
         self._kernels = tour_kernels
 
     def stops(
@@ -156,7 +156,7 @@ class Tour:
 
 
 def _drawn_together(
-    places_m: NDArray[np.float64], reach_m: NDArray[np.float64], ways: Ways | None
+    places_m: NDArray[np.float64], reach_m: NDArray[np.float64], ways: TravelCosts | None
 ) -> list[list[int]] | None:
     """Groups of places, each in reach of its first member; by the crow's distance where no ways are given.
 

@@ -54,10 +54,12 @@ class Wavefront:
         self.check()
         return self.memory.n_touched
 
-    def fixed_point(self, within_m: float = math.inf) -> tuple[NDArray[np.int32], int]:
-        """Costs as the search keeps them, (ny, nx), no copy, and the bound below which a cell is in reach.
+    def raw_costs(self, within_m: float = math.inf) -> tuple[NDArray[np.int32], int]:
+        """Costs as the search keeps them, and the bound below which a cell is in reach: of all that the wave
+        has come to, or of what costs no more than within_m.
 
-        Of all that was reached, or of what costs no more than within_m.
+        Costs (ny, nx) are integers, planner_kernels.STRAIGHT to a cell of free floor (see `metres`); no copy.
+        ValueError, here and below, if the wave is void.
         """
         from occmap.planner_kernels import STRAIGHT
 
@@ -66,7 +68,7 @@ class Wavefront:
         return self.memory.cost.reshape(self.terrain.shape), int(min(self.exact_below, below))
 
     def metres(self, cost: int) -> float:
-        """An integer cost of the search in metres."""
+        """Metres, dearer near walls, for one of the raw costs."""
         from occmap.planner_kernels import STRAIGHT
 
         return float(cost) * self.terrain.frame.resolution_m / STRAIGHT
@@ -84,7 +86,7 @@ class Wavefront:
         return np.where(inside, self._metres(self.memory.cost[flat]), np.float32(np.inf))
 
     def cells_to(self, cell: tuple[int, int]) -> NDArray[np.int32] | None:
-        """Flat indices of the way from the start to a cell; None if out of reach."""
+        """(k,) flat indices of the way from the start to a cell (ix, iy), both included; None out of reach."""
         from occmap.planner_kernels import walk_back
 
         if not np.isfinite(self.cost_at(np.array([cell]))[0]):

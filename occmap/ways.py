@@ -13,8 +13,11 @@ TRUSTED_TOURS = 20
 """After so many tours all is measured anew: a way that has opened since may be shorter."""
 
 
-class Ways:
-    """Costs between blocks of a coarse map. The robot's own changes all the time: it is not among them."""
+class TravelCosts:
+    """Remembers costs between blocks of a coarse map, in metres, dearer near walls; inf where no way leads.
+
+    From the robot's own block they are not: it is another all the time.
+    """
 
     def __init__(self) -> None:
         self._costs_m: dict[tuple[int, int], float] = {}
@@ -23,7 +26,7 @@ class Ways:
         """Of the coarse map that the blocks are indices into."""
 
     def open(self, coarse: CoarseMap, blocks: Blocks) -> None:
-        """Begin a tour through these blocks."""
+        """Begin a tour through these blocks (n,), each told by its place in them from here on."""
         extent = coarse.terrain.frame, coarse.terrain.shape
         self._tours += 1
         if extent != self._extent or self._tours > TRUSTED_TOURS:

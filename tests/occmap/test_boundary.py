@@ -78,7 +78,7 @@ def test_no_way_leads_across(turn_rad):
     boundary = Boundary([(-c + s, -s - c), (c + s, s - c), (c - s, s + c), (-c - s, -s + c)])
     planner = Planner(NO_MARGINS, SMALL_BODY, boundary)
     wave = planner.flood(scene.grid, scene.clearance.distance_m, scene.start)
-    cost, below = wave.fixed_point()
+    cost, below = wave.raw_costs()
     iy, ix = np.nonzero(cost < below)
     assert 10 < len(ix) < np.count_nonzero(scene.grid.state == Belief.FREE)
     assert are_within(boundary.corners, scene.grid.frame.map_from_cell(np.column_stack((ix, iy)))).all()

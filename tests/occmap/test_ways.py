@@ -8,7 +8,7 @@ import pytest
 from occmap import ways
 from occmap.coarse_map import CoarseMap
 from occmap.search import SearchMemory
-from occmap.ways import Ways
+from occmap.ways import TravelCosts
 from tests.occmap.goal_scenes import Scene
 
 FLOOR = "\n".join(["#" * 40, *["#" + 38 * "." + "#"] * 6, *["#" + 20 * "." + 18 * "#" + "#"] * 6, "#" * 40])
@@ -38,7 +38,7 @@ def coarse_and_blocks(scene):
 
 def test_ways_cost_what_a_search_from_each_place_finds(scene):
     coarse, blocks = coarse_and_blocks(scene)
-    memory = Ways()
+    memory = TravelCosts()
     memory.open(coarse, blocks)
     direct = np.array([coarse.costs_m(int(block), blocks) for block in blocks])
     np.testing.assert_allclose(memory.between_m(range(5)), direct, atol=0.3)
@@ -47,7 +47,7 @@ def test_ways_cost_what_a_search_from_each_place_finds(scene):
 
 def test_only_what_is_new_is_searched_for(scene):
     coarse, blocks = coarse_and_blocks(scene)
-    memory = Ways()
+    memory = TravelCosts()
     memory.open(coarse, blocks[:4])
     memory.between_m(range(4))
     before, coarse.searches = coarse.searches, 0
@@ -59,7 +59,7 @@ def test_only_what_is_new_is_searched_for(scene):
 @pytest.mark.parametrize("what", ["another map", "too many tours"])
 def test_what_was_remembered_is_dropped_in_time(scene, what, monkeypatch):
     coarse, blocks = coarse_and_blocks(scene)
-    memory = Ways()
+    memory = TravelCosts()
     memory.open(coarse, blocks)
     memory.between_m(range(5))
     if what == "another map":
