@@ -113,7 +113,10 @@ class ClearanceMap:
 
 
 def distance_by_squares(truncate_m: float, resolution_m: float) -> NDArray[np.float32]:
-    """(k,) clearance in metres at 0, 1, 2, ... squared cells; the last, truncate_m, is for all beyond."""
+    """(k,) clearance in metres at 0, 1, 2, ... squared cells; the last, truncate_m, is for all beyond.
+
+    From a cell's centre to the near side of an occupied cell. ValueError if that reaches too many cells.
+    """
     radius = math.ceil(truncate_m / resolution_m + 0.5)
     if radius > FARTHEST_CELLS:
         raise ValueError(

@@ -14,13 +14,10 @@ from occmap.decision import Status
 from occmap.geometry import Pose2
 from occmap.grid import OccupancyGrid
 from occmap.memory import ReachMemory
+from occmap.stuck import ROUNDING_S
 
 if TYPE_CHECKING:
     from occmap.planner import Wavefront
-
-
-ROUNDING_S = 1e-6
-"""Times of scans are sums of periods."""
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ def way_out(
     escape_prices: NDArray[np.int32],
     radius_m: float,
 ) -> NDArray[np.int32] | None:
-    """Flat cells from the start to the nearest cell of the largest open piece within radius_m.
+    """(k,) flat cells from the start to the nearest cell of the largest open piece within radius_m.
 
     None if the start is on that piece, or if there is none. The way may cross any cell that is not
     occupied: a robot that stands among them has fitted so far; it does not cross walls.

@@ -22,7 +22,8 @@ class Pose2:
     """A rigid transform of the plane, an element of SE(2).
 
     Named `a_from_b`, it takes coordinates in frame b to coordinates in frame a, and is equally
-    the pose of b seen from a. Neighbours meet: `a_from_c = a_from_b @ b_from_c`.
+    the pose of b seen from a. Neighbours meet: `a_from_c = a_from_b @ b_from_c`. Yaw is counter-clockwise;
+    products and inverses have it in (-pi, pi]. ValueError if a number is not finite.
     """
 
     x_m: float
@@ -35,9 +36,11 @@ class Pose2:
 
     @staticmethod
     def identity() -> Pose2:
+        """The pose of a frame in itself."""
         return Pose2(0.0, 0.0, 0.0)
 
     def __matmul__(self, other: Pose2) -> Pose2:
+        """a_from_b @ b_from_c = a_from_c."""
         c, s = math.cos(self.yaw_rad), math.sin(self.yaw_rad)
         return Pose2(
             self.x_m + c * other.x_m - s * other.y_m,
@@ -46,6 +49,7 @@ class Pose2:
         )
 
     def inverse(self) -> Pose2:
+        """b_from_a of a_from_b."""
         c, s = math.cos(self.yaw_rad), math.sin(self.yaw_rad)
         return Pose2(
             -c * self.x_m - s * self.y_m,
@@ -69,12 +73,16 @@ class Pose2:
 
     @property
     def position(self) -> tuple[float, float]:
+        """(x, y) in metres."""
         return self.x_m, self.y_m
 
 
 @dataclass(frozen=True, slots=True)
 class Twist2:
-    """Velocity of a differential drive in its own frame: forward (m/s) and counter-clockwise (rad/s)."""
+    """Velocity of a differential drive in its own frame: forward (m/s) and counter-clockwise (rad/s).
+
+    ValueError if a number is not finite.
+    """
 
     linear_mps: float
     angular_radps: float
@@ -85,4 +93,5 @@ class Twist2:
 
     @staticmethod
     def zero() -> Twist2:
+        """Standstill."""
         return Twist2(0.0, 0.0)

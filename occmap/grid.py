@@ -78,7 +78,7 @@ class GridFrame:
 
 
 def log_odds(probability: float) -> float:
-    """log(p / (1 - p))."""
+    """log(p / (1 - p)) of a probability between 0 and 1, both excluded."""
     return math.log(probability / (1.0 - probability))
 
 
@@ -119,6 +119,9 @@ class GridConfig:
 class OccupancyGrid:
     """Log-odds of being occupied, cell by cell, over a rectangle that grows as the robot needs it.
 
+    Moravec and Elfes, High resolution maps from wide angle sonar, ICRA 1985; in log-odds: Thrun, Burgard
+    and Fox, Probabilistic Robotics, 2005, section 9.2.
+
     `log_odds` and `state` are (ny, nx) arrays `a[iy, ix]`, row 0 at the lowest y. `state` is the
     thresholded belief (see Belief); whoever writes log_odds keeps state in step (Mapper does).
     `hits` counts the beams that ended in each cell, up to MOST_HITS.
@@ -152,6 +155,7 @@ class OccupancyGrid:
         return self.log_odds.shape
 
     def contains(self, ix: int, iy: int) -> bool:
+        """Whether there is such a cell."""
         return 0 <= ix < self.shape[1] and 0 <= iy < self.shape[0]
 
     def probability(self) -> NDArray[np.float32]:
@@ -159,7 +163,9 @@ class OccupancyGrid:
         return (1.0 / (1.0 + np.exp(-self.log_odds))).astype(np.float32, copy=False)
 
     def grow_to_contain(self, low_m: tuple[float, float], high_m: tuple[float, float]) -> bool:
-        """Make room for the box from low_m to high_m (map frame); True if the arrays moved.
+        """Make room for the box from low_m (x, y) to high_m, both within, in the map frame.
+
+        True if the arrays are others than before: cells have other indices then, views of them are void.
 
         Each side that must move goes out by half of the grid's extent, at most MOST_SLACK_M, or as far as the
         box requires if that is more: copying is amortised, and a large map is not mostly empty.
@@ -207,7 +213,10 @@ def moved(
     shape: tuple[int, int],
     fill: np.generic,
 ) -> NDArray:
-    """A copy of a layer in a larger array whose first cell is new_offset; new cells hold fill."""
+    """(ny, nx) copy of a layer in an array of a larger shape that holds it; new cells hold fill.
+
+    Offsets (ix, iy) are lattice indices of the arrays' first cells, as OccupancyGrid.offset.
+    """
     out = filled(shape, fill, array.dtype)
     ny, nx = array.shape
     if array.size:

@@ -58,7 +58,10 @@ def save_map(path_stem: str | Path, state: NDArray[np.uint8], resolution_m: floa
 
 
 def load_map(yaml_path: str | Path, read_image: ImageReader = read_pgm) -> NavMap:
-    """Read a Nav2 map in mode trinary, scale or raw; pass a reader for images other than PGM."""
+    """Read a Nav2 map in mode trinary, scale or raw; pass a reader for images other than PGM.
+
+    FileNotFoundError if there is no such file, ValueError if it or its image is not what Nav2 would read.
+    """
     path = Path(yaml_path)
     fields = _fields(path)
     resolution_m = _number(path, fields, "resolution")
@@ -81,7 +84,10 @@ def load_map(yaml_path: str | Path, read_image: ImageReader = read_pgm) -> NavMa
 def states_from_brightness(
     brightness: NDArray[np.float64], *, mode: str, negate: bool, occupied_above: float, free_below: float
 ) -> NDArray[np.uint8]:
-    """States of pixels (0 black to 1 white), with the rules of nav2_map_server; undecided is unknown."""
+    """(ny, nx) Belief of pixels (0 black to 1 white), by the rules of nav2_map_server.
+
+    What is undecided is unknown. occupied_above and free_below are occupancies, 0 to 1. ValueError for any other mode.
+    """
     occupancy = brightness if negate else 1.0 - brightness
     if mode == "raw":  # the pixel's value is a percentage; above 100 it says nothing
         percent = np.rint(255.0 * brightness)

@@ -41,7 +41,12 @@ class GridChange:
 
 
 class Mapper:
-    """Turns ranges into votes and votes into belief; keeps grid.state in step with grid.log_odds."""
+    """Turns ranges into votes and votes into belief; keeps grid.state in step with grid.log_odds.
+
+    Occupancy grid mapping with an inverse sensor model (Thrun et al. 2005, tables 9.1 and 9.2), but hits and
+    misses weigh differently, and of one scan the misses are spent first: rays that graze a wall must not
+    erase it. Its work space is kept: one mapper serves any number of grids, one scan at a time.
+    """
 
     def __init__(self, config: SensorModelConfig | None = None) -> None:
         from occmap import beam_kernels, mapper_kernels  # compiled on first use, not on import
@@ -56,9 +61,10 @@ class Mapper:
         self._model_on: tuple[OccupancyGrid, Any] | None = None
 
     def insert(self, scan: Scan, map_from_lidar: Pose2, grid: OccupancyGrid) -> GridChange:
-        """Spend one scan taken at this pose.
+        """Spend one scan taken at this pose, and tell what that changed. O(cells crossed by its beams).
 
-        The grid first grows to hold all of its beams (see OccupancyGrid.grow_to_contain).
+        The grid first grows to hold all of its beams (see OccupancyGrid.grow_to_contain). ValueError if the
+        scan has more than MAX_BEAMS beams or free ones would be without end.
         """
         points, hit, low_m, high_m = self._beams_in_map(scan, map_from_lidar, grid.config.resolution_m)
         grew = grid.grow_to_contain(low_m, high_m)

@@ -13,13 +13,16 @@ HEADER = re.compile(rb"(P[25])" + 3 * rb"(?:\s|#[^\n]*\n)+(\d+)" + rb"\s")
 
 
 def write_pgm(path: Path, pixels: NDArray[np.uint8]) -> None:
-    """Write (ny, nx) pixels as P5, row 0 at the top of the picture."""
+    """Write (ny, nx) pixels, 0 black to 255 white, as P5, row 0 at the top of the picture."""
     ny, nx = pixels.shape
     path.write_bytes(f"P5\n{nx} {ny}\n255\n".encode() + np.ascontiguousarray(pixels).tobytes())
 
 
 def read_pgm(path: Path) -> NDArray[np.float64]:
-    """(ny, nx) brightness from 0 black to 1 white, row 0 at the top of the picture."""
+    """(ny, nx) brightness from 0 black to 1 white, row 0 at the top of the picture.
+
+    ValueError if the file holds no whole image.
+    """
     data = path.read_bytes()
     header = HEADER.match(data)
     if header is None:

@@ -96,10 +96,12 @@ class Pursuit:
 
     @property
     def has_arrived(self) -> bool:
+        """Whether the robot has come to the viewpoint."""
         return self._arrived_s is not None
 
     @property
     def way_left_m(self) -> float:
+        """Metres of the path ahead of the robot."""
         return self.path.length_m - self.progress_m
 
     def leads_to(self, goal: Goal) -> bool:

@@ -12,13 +12,12 @@ from occmap.body import Body
 from occmap.config_checks import Positive
 from occmap.geometry import Twist2
 from occmap.scan import Observation
+from occmap.stuck import ROUNDING_S
 
 CONE_RAD = math.radians(30.0)
 """What lies within this of straight ahead, or straight behind, is in the way."""
 STEP_M = 0.1
 """So far the map is asked for room."""
-SLACK_S = 1e-6
-"""Rounding of times."""
 
 MapClearance = Callable[[float], float]
 """Metres ahead of the robot -> how far the map's nearest obstacle is from there, 0 outside of the map."""
@@ -59,6 +58,7 @@ class Recovery:
 
     @property
     def is_exhausted(self) -> bool:
+        """Whether all attempts have been made."""
         return self.attempts >= self.config.attempts
 
     def begin(self, seen: Observation, commanded: Twist2) -> None:
@@ -74,12 +74,13 @@ class Recovery:
         )
 
     def is_under_way(self, now_s: float) -> bool:
-        return any(now_s < leg.until_s - SLACK_S for leg in self._legs)
+        """Whether a manoeuvre is being driven."""
+        return any(now_s < leg.until_s - ROUNDING_S for leg in self._legs)
 
     def twist(self, seen: Observation, map_clearance: MapClearance) -> Twist2 | None:
         """The manoeuvre's command at this moment, None when it is over. Driving ends where room does."""
         for leg in self._legs:
-            if seen.time_s < leg.until_s - SLACK_S and self._has_room(
+            if seen.time_s < leg.until_s - ROUNDING_S and self._has_room(
                 seen, leg.twist.linear_mps, map_clearance
             ):
                 return leg.twist

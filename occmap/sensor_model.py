@@ -57,7 +57,10 @@ class SensorModelConfig:
             raise ValueError(f"no_returns_in_company must be at least 1, got {self.no_returns_in_company}")
 
     def increments(self, prior: float = 0.5) -> tuple[float, float]:
-        """(hit, miss): what one vote adds to log-odds: those of the model less those of the prior."""
+        """(hit, miss): what one vote adds to log-odds: those of the model less those of the prior.
+
+        ValueError if a hit would not raise them or a miss not lower them.
+        """
         hit = self.hit_log_odds if self.p_occupied is None else log_odds(self.p_occupied) - log_odds(prior)
         miss = self.miss_log_odds if self.p_free is None else log_odds(self.p_free) - log_odds(prior)
         if not (hit > 0.0 > miss):

@@ -20,8 +20,8 @@ SAME_RANGE_SHARE = 0.015
 """Of itself, by which a range may change beyond same_range_m and be the same."""
 JUMP_M, JUMP_RAD = 0.2, 0.4
 """Odometry that moves by more than this beyond twice what was commanded was set anew."""
-SLACK_S = 1e-6
-"""Rounding of times."""
+ROUNDING_S = 1e-6
+"""Times of scans are sums of periods."""
 
 
 @dataclass(frozen=True)
@@ -65,6 +65,7 @@ class StuckDetector:
         self._moments: deque[_Moment] = deque()
 
     def reset(self) -> None:
+        """Forget what was commanded: the window begins anew."""
         self._moments.clear()
 
     @property
@@ -75,12 +76,12 @@ class StuckDetector:
     def remember(self, seen: Observation, twist: Twist2) -> None:
         """Note the twist that is about to be commanded."""
         self._moments.append(_Moment(seen.time_s, seen.odom_from_robot, seen.scan, twist))
-        while seen.time_s - self._moments[0].time_s > self.config.window_s + SLACK_S:
+        while seen.time_s - self._moments[0].time_s > self.config.window_s + ROUNDING_S:
             self._moments.popleft()
 
     def is_stuck(self, seen: Observation) -> bool:
         """True if the last window's commands should have moved the robot and did not."""
-        if not self._moments or seen.time_s - self._moments[0].time_s < self.config.window_s - SLACK_S:
+        if not self._moments or seen.time_s - self._moments[0].time_s < self.config.window_s - ROUNDING_S:
             return False
         commanded_m, commanded_rad = self._commanded(seen.time_s)
         if commanded_m < self.config.min_commanded_m and commanded_rad < self.config.min_commanded_rad:

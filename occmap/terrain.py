@@ -60,6 +60,7 @@ class Terrain:
         limits: ClearanceLimits,
         closed: NDArray[np.int32],
     ) -> Terrain:
+        """A grid as it is now, with its clearance (ny, nx); ValueError if that is of another shape."""
         if clearance_m.shape != grid.shape:
             raise ValueError(
                 f"clearance {clearance_m.shape} must match the grid {grid.shape}: update it first"
@@ -68,6 +69,7 @@ class Terrain:
 
     @property
     def shape(self) -> tuple[int, int]:
+        """(ny, nx)"""
         return self.state.shape
 
     @property
@@ -78,7 +80,7 @@ class Terrain:
         return self.frame.resolution_m / STRAIGHT
 
     def flat(self, cell: tuple[int, int]) -> int:
-        """The index of a cell in the arrays laid flat."""
+        """The index of a cell (ix, iy) in the arrays laid flat; ValueError if it lies outside."""
         ix, iy = cell
         ny, nx = self.shape
         if not (0 <= ix < nx and 0 <= iy < ny):
@@ -86,6 +88,7 @@ class Terrain:
         return iy * nx + ix
 
     def cell(self, flat: int) -> tuple[int, int]:
+        """The cell (ix, iy) of a flat index."""
         return int(flat % self.shape[1]), int(flat // self.shape[1])
 
     @property
@@ -105,7 +108,7 @@ class Terrain:
             state[self.closed] = was
 
     def is_open(self, window: tuple[slice, slice]) -> NDArray[np.bool_]:
-        """Which cells of a window the body may enter."""
+        """Which cells of a window (rows, columns) the body may enter, in the window's shape."""
         is_free = self.state[window] == Belief.FREE
         return is_free & (self.clearance_m[window] >= np.float32(self.limits.tight_m - FLOAT32_SLACK_M))
 

@@ -37,9 +37,8 @@ def count_ray(window, stride, ix0, iy0, ix1, iy1):
         long, short, ahead, aside = dy, dx, step_y, step_x
     at = iy0 * stride + ix0
     slope = (short << FRACTION_BITS) // max(long, 1)
-    rise = (
-        1 << (FRACTION_BITS - 1)
-    ) - 1  # just under one half: a ray through a corner stays on its side of it
+    # just under one half: a ray through a corner stays on its side of it
+    rise = (1 << (FRACTION_BITS - 1)) - 1
     for _ in range(long):
         window[np.uint64(at + (rise >> FRACTION_BITS) * aside)] += np.uint16(1)
         at += ahead

@@ -17,10 +17,12 @@ class Box:
 
     @staticmethod
     def everywhere() -> Box:
+        """The box without bounds."""
         return Box(-math.inf, -math.inf, math.inf, math.inf)
 
     @staticmethod
     def around(x: float, y: float, reach_m: float) -> Box:
+        """The square that reaches reach_m from a place (m) along both axes."""
         return Box(x - reach_m, y - reach_m, x + reach_m, y + reach_m)
 
     @staticmethod
@@ -35,9 +37,11 @@ class Box:
 
     @property
     def area_m2(self) -> float:
+        """Its area; inf without bounds."""
         return (self.high_x - self.low_x) * (self.high_y - self.low_y)
 
     def meets(self, other: Box) -> bool:
+        """Whether the two have a place in common, be it on their edges."""
         return (
             self.low_x <= other.high_x
             and other.low_x <= self.high_x
@@ -46,6 +50,7 @@ class Box:
         )
 
     def holds(self, other: Box) -> bool:
+        """Whether all of the other lies within."""
         return (
             self.low_x <= other.low_x
             and self.low_y <= other.low_y

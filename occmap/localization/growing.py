@@ -20,6 +20,7 @@ class GrowingArray:
         return self._count
 
     def append(self, row: ArrayLike) -> None:
+        """Add a row of row_shape at the end; views of the rows so far may be void."""
         if self._count == len(self._storage):
             full = self._storage
             self._storage = np.zeros((2 * len(full), *full.shape[1:]), full.dtype)  # lazily: free until used

@@ -32,7 +32,9 @@ class Estimate:
 class Localizer(Protocol):
     """Turns what the robot senses into where it is. The first update defines the map frame."""
 
-    def update(self, seen: Observation) -> Estimate: ...
+    def update(self, seen: Observation) -> Estimate:
+        """Estimate where the robot is, given the next of its observations."""
+        ...
 
 
 class OdometryLocalizer:
@@ -46,6 +48,7 @@ class OdometryLocalizer:
         self._last: Observation | None = None
 
     def update(self, seen: Observation) -> Estimate:
+        """The pose as the wheels have it; a scan taken in motion as seen from there."""
         if self._map_from_odom is None:
             self._map_from_odom = seen.odom_from_robot.inverse()
         scan = self._undistorted(seen)

@@ -40,12 +40,14 @@ class MappedScan:
 
     @staticmethod
     def of(scan: Scan, robot_from_lidar: Pose2, tracked: Tracked) -> MappedScan:
+        """A scan taken where the tracker has the robot; its reach and effort are told from its beams."""
         lengths_m = np.clip(scan.ranges_m[~np.isnan(scan.ranges_m)], 0.0, scan.max_range_m)
         reach_m, beams_m = float(lengths_m.max(initial=0.0)), float(lengths_m.sum())
         mapped = MappedScan(scan, robot_from_lidar, tracked, reach_m, beams_m)
         return replace(mapped, effort_m=beams_m + SWEEP_M_PER_M2 * mapped.box(Pose2.identity()).area_m2)
 
     def map_from_lidar(self, map_from_submap: list[Pose2]) -> Pose2:
+        """Where it was taken, given where the submaps lie."""
         return self.tracked.in_map(map_from_submap) @ self.robot_from_lidar
 
     def box(self, map_from_lidar: Pose2) -> Box:

@@ -79,7 +79,7 @@ class NormalEquations:
         return added
 
     def solve(self, right: Floats) -> Floats:
-        """The solution of the system factorised last."""
+        """(3 * free nodes,) solution of the system factorised last; RuntimeError if none was."""
         if self._factor is None:
             raise RuntimeError("factorise before solving")
         return self._factor.solve(right)

@@ -75,6 +75,7 @@ class PlaceSearch:
 
     @property
     def is_done(self) -> bool:
+        """Whether all submaps have been searched."""
         return not self._left
 
     def step(self) -> None:

@@ -68,8 +68,10 @@ class Iteration:
 class PoseGraph:
     """Nodes map_from_node, edges i_from_j, and the most likely poses given them.
 
-    The first node stays where it was put: that fixes the gauge. Nodes and edges may be added at any
-    time, also between two calls of `iterate`; the poses so far are where the next iteration starts.
+    Least squares of each edge's error, what it measured against what the poses say (x, y in metres, yaw in
+    radians), weighted by its information: Grisetti et al., A tutorial on graph-based SLAM, 2010. The first
+    node stays where it was put: that fixes the gauge. Nodes and edges may be added at any time, also between
+    two calls of `iterate`; the poses so far are where the next iteration starts.
     """
 
     def __init__(self, config: PoseGraphConfig | None = None) -> None:
@@ -102,9 +104,12 @@ class PoseGraph:
         loss_scale: float = 1.0,
         is_graduated: bool = False,
     ) -> int:
-        """Add an edge; returns its number. information: (3, 3) inverse covariance of x, y, yaw in j's frame.
+        """Add an edge, the pose of j measured from i; returns its number.
 
-        A graduated edge that disagrees with the poses is given a chance to convince the others.
+        information: (3, 3) inverse covariance of x, y (1/m^2) and yaw (1/rad^2) in j's frame, symmetric.
+        loss_scale: the chi2 from which a robust loss takes weight away. A graduated edge that disagrees with
+        the poses is given a chance to convince the others. ValueError if the two are no nodes or the same,
+        or a number is nonsense.
         """
         information = np.asarray(information, np.float64)
         if not (0 <= i < len(self._poses) and 0 <= j < len(self._poses)) or i == j:
@@ -151,6 +156,7 @@ class PoseGraph:
         return self._information.rows
 
     def pose(self, node: int) -> Pose2:
+        """map_from_node of a node as it stands now."""
         x, y, yaw = self._poses.rows[node].tolist()
         return Pose2(x, y, yaw)
 
@@ -175,7 +181,9 @@ class PoseGraph:
         return kernels.edge_losses(self.poses, *edges, scale, chi2, weights), chi2, weights
 
     def optimise(self, max_iterations: int = 50) -> Iteration:
-        """Iterate until converged; returns the last iteration, with the cost before the first one."""
+        """Iterate until converged, at most so often; returns the last iteration, with the cost before the
+        first one. ValueError if that is less than once.
+        """
         if max_iterations < 1:
             raise ValueError(f"max_iterations must be at least 1, got {max_iterations}")
         last = first = self.iterate()

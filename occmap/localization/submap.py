@@ -132,6 +132,7 @@ class Submap:
 
     @property
     def surfels(self) -> SurfelMap:
+        """Its surfels, for the fine match."""
         if self._surfels is None:
             self._surfels = SurfelMap(self.config.voxel_m, *self._bounds())
             if self.cloud is not None:
@@ -140,6 +141,7 @@ class Submap:
 
     @property
     def raster(self) -> LikelihoodPyramid:
+        """Where points are likely to lie, for the search."""
         if self._raster is None:
             self._raster = LikelihoodPyramid(self.config.cell_m, self.config.spread_m, *self._bounds())
             if self.cloud is not None:

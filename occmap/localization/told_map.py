@@ -126,10 +126,12 @@ class ToldMap:
 
     @property
     def is_rebuilding(self) -> bool:
+        """Whether a new grid is being built."""
         return self._rebuild is not None
 
     @property
     def can_afford_correction(self) -> bool:
+        """Whether enough updates have passed since the last new grid to pay for another."""
         return self._updates * self.config.scans_on_average >= len(self.scans)
 
     def correct(self, map_from_submap: list[Pose2]) -> bool:

@@ -49,6 +49,7 @@ class WindowSearch:
 
     @property
     def found(self) -> bool:
+        """Whether any pose so far scores more than the window asks for."""
         return self.score > self.window.least_score
 
     def step(self, raster: LikelihoodPyramid, work: int) -> int:
