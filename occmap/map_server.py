@@ -86,7 +86,8 @@ def states_from_brightness(
 ) -> NDArray[np.uint8]:
     """(ny, nx) Belief of pixels (0 black to 1 white), by the rules of nav2_map_server.
 
-    What is undecided is unknown. occupied_above and free_below are occupancies, 0 to 1. ValueError for any other mode.
+    What is undecided is unknown. occupied_above and free_below are occupancies, 0 to 1. ValueError for a mode
+    other than trinary, scale and raw.
     """
     occupancy = brightness if negate else 1.0 - brightness
     if mode == "raw":  # the pixel's value is a percentage; above 100 it says nothing

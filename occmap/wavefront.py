@@ -86,7 +86,7 @@ class Wavefront:
         return np.where(inside, self._metres(self.memory.cost[flat]), np.float32(np.inf))
 
     def cells_to(self, cell: tuple[int, int]) -> NDArray[np.int32] | None:
-        """(k,) flat indices of the way from the start to a cell (ix, iy), both included; None out of reach."""
+        """(k,) flat indices of the way from the start to a cell (ix, iy), both ends; None if out of reach."""
         from occmap.planner_kernels import walk_back
 
         if not np.isfinite(self.cost_at(np.array([cell]))[0]):
