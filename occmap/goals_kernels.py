@@ -9,6 +9,10 @@ import numpy as np
 from occmap.grid import OCCUPIED, UNKNOWN
 from occmap.kernel import kernel, part
 
+INSIDE_X, INSIDE_Y, DEPTH, EDGE_X, EDGE_Y = range(5)
+TARGET_COLUMNS = 5
+"""Of a target, what a look into a frontier is to reach: an unknown cell, how many steps deep it lies, and the
+frontier cell that it lies behind."""
 SPECK_CELLS = 1
 """A look may cross so many unknown cells in a row before the unknown that it is meant for. More is a wall
 that beams have only grazed: a look through it shows nothing."""
@@ -32,15 +36,17 @@ def sees(state, x0, y0, x1, y1, most_unknown):
 def sees_into(state, x0, y0, targets, k):
     """True if a look from a cell at the k-th of some targets goes into the unknown over their frontier.
 
-    targets (n, 5): an unknown cell's x and y, how deep it lies, and x and y of the frontier cell that it lies
-    behind. The look goes so deep into the unknown, through none before, and enters it near that cell: what
-    comes in elsewhere, by a dent of the same wall, does not show what is behind the frontier. Nor does a line
-    along the edge of a shadow, which runs through the unknown for long. O(distance).
+    targets (n, 5), see TARGET_COLUMNS. The look goes as deep into the unknown as the target, through none
+    before, and enters it near the frontier cell: what comes in elsewhere, by a dent of the same wall, does
+    not show what is behind the frontier. Nor does a line along the edge of a shadow, which runs through the
+    unknown for long. O(distance).
     """
-    depth, slack = targets[k, 2], targets[k, 2] // 4
-    is_clear, x, y = enters_at(state, x0, y0, targets[k, 0], targets[k, 1], depth + slack + 1, SPECK_CELLS)
+    depth, slack = targets[k, DEPTH], targets[k, DEPTH] // 4
+    is_clear, x, y = enters_at(
+        state, x0, y0, targets[k, INSIDE_X], targets[k, INSIDE_Y], depth + slack + 1, SPECK_CELLS
+    )
     near = slack + MOUTH_CELLS
-    return is_clear and abs(x - targets[k, 3]) <= near and abs(y - targets[k, 4]) <= near
+    return is_clear and abs(x - targets[k, EDGE_X]) <= near and abs(y - targets[k, EDGE_Y]) <= near
 
 
 @part
@@ -126,8 +132,8 @@ def unknown_beyond(state, cells, limit, deepest):
     Each lies straight beyond a frontier cell, `deepest` cells on or as far as the unknown goes.
     Unknown beside an occupied cell is a wall's rim: it is taken only where a frontier has nothing else.
     """
-    clear = np.empty((limit, 5), np.int64)
-    rim = np.empty((limit, 5), np.int64)
+    clear = np.empty((limit, TARGET_COLUMNS), np.int64)
+    rim = np.empty((limit, TARGET_COLUMNS), np.int64)
     n_clear, n_rim = 0, 0
     step = max(1.0, cells.shape[0] / limit)
     position = 0.5 * (step - 1.0)
@@ -151,8 +157,8 @@ def unknown_beyond(state, cells, limit, deepest):
 @part
 def put_target(target, x, y, dx, dy, depth):
     """Note the cell so many steps behind a frontier's: see `sees_into`."""
-    target[0], target[1], target[2] = x + depth * dx, y + depth * dy, depth
-    target[3], target[4] = x, y
+    target[INSIDE_X], target[INSIDE_Y], target[DEPTH] = x + depth * dx, y + depth * dy, depth
+    target[EDGE_X], target[EDGE_Y] = x, y
 
 
 @part
@@ -189,11 +195,11 @@ def find_viewpoint(state, cost, exact_below, targets, needed, reach_cells, strid
     """
     ny, nx = state.shape
     n = targets.shape[0]
-    x_low, y_low = targets[0, 0], targets[0, 1]
+    x_low, y_low = targets[0, INSIDE_X], targets[0, INSIDE_Y]
     x_high, y_high = x_low, y_low
     for k in range(n):
-        x_low, x_high = min(x_low, targets[k, 0]), max(x_high, targets[k, 0])
-        y_low, y_high = min(y_low, targets[k, 1]), max(y_high, targets[k, 1])
+        x_low, x_high = min(x_low, targets[k, INSIDE_X]), max(x_high, targets[k, INSIDE_X])
+        y_low, y_high = min(y_low, targets[k, INSIDE_Y]), max(y_high, targets[k, INSIDE_Y])
     x_low, x_high = max(0, x_low - reach_cells), min(nx, x_high + reach_cells + 1)
     y_low, y_high = max(0, y_low - reach_cells), min(ny, y_high + reach_cells + 1)
     reach_squared = reach_cells * reach_cells
@@ -211,11 +217,11 @@ def find_viewpoint(state, cost, exact_below, targets, needed, reach_cells, strid
                 for k in range(n):
                     if seen + n - k < needed:
                         break
-                    away_x, away_y = targets[k, 0] - x, targets[k, 1] - y
+                    away_x, away_y = targets[k, INSIDE_X] - x, targets[k, INSIDE_Y] - y
                     if away_x * away_x + away_y * away_y > reach_squared:
                         continue
                     looked_at += LINE_CELLS
-                    if is_walled_off(state, targets[k, 0], targets[k, 1], x, y):
+                    if is_walled_off(state, targets[k, INSIDE_X], targets[k, INSIDE_Y], x, y):
                         continue
                     looked_at += max(abs(away_x), abs(away_y))
                     if sees_into(state, x, y, targets, k):
@@ -297,7 +303,7 @@ def unknown_inside(state, cells, least, deepest):
     From every cell of the mouth straight on in each of eight directions, `deepest` steps or as far as
     the unknown goes, and at least `least`: whichever way a slit runs, one of them is within 22.5 degrees.
     """
-    found = np.empty((8 * cells.shape[0], 5), np.int64)
+    found = np.empty((8 * cells.shape[0], TARGET_COLUMNS), np.int64)
     n = 0
     for k in range(cells.shape[0]):
         x, y = cells[k, 0], cells[k, 1]

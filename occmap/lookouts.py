@@ -21,7 +21,7 @@ class Sight:
 
     frontier: Frontier
     targets: NDArray[np.int64]
-    """(k, 5) unknown cells beyond it that sample it: see `sees_into`."""
+    """(k, 5) unknown cells beyond it that sample it: see goals_kernels.TARGET_COLUMNS."""
     reach_cells: int
     """From no farther than this."""
 

@@ -131,9 +131,9 @@ class Nooks:
     def _untouched_inside(
         self, mouth: Frontier, grid: OccupancyGrid, least: int, deepest: int
     ) -> NDArray[np.int64]:
-        """Targets (n, 5) so many steps behind a mouth that no beam has ever got to."""
+        """Targets (n, 5), see goals_kernels, so many steps behind a mouth that no beam has ever got to."""
         inside = self._kernels.unknown_inside(grid.state, mouth.cells, least, deepest)
-        belief = grid.log_odds[inside[:, 1], inside[:, 0]]
+        belief = grid.log_odds[inside[:, self._kernels.INSIDE_Y], inside[:, self._kernels.INSIDE_X]]
         return inside[np.abs(belief - grid.prior_log_odds) < UNTOUCHED]
 
 

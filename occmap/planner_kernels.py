@@ -26,6 +26,12 @@ AT_BUCKET, N_WAITING, N_SETTLED, N_TOUCHED = 0, 1, 2, 3
 NOT_BEGUN = -1
 """Of cells waiting: the next call begins a search."""
 OUT_OF_MEMORY = -1
+CELL, NEXT = 0, 1
+"""Of an entry of the queue: what it holds, and the next one of its list."""
+VACATED, N_USED = -2, -1
+"""Places in `heads` after those of the buckets: the list of vacated entries, the number ever used."""
+NO_ENTRY = -1
+"""Ends a list."""
 ROUNDING = 0.02
 """Of a bin: float32 metres that lie on a bin's border are taken for it and not for the one below."""
 TOLERANCE = 1.01
@@ -57,17 +63,17 @@ def octile(ix, iy, box):
 def _push(cell, slot, heads, items):
     """Put a cell into a bucket; whether there was room.
 
-    heads[-2] is the first of the vacated entries, heads[-1] the number of those ever used.
+    heads: the first entry of each bucket's list, and at the end VACATED and N_USED.
     """
-    entry = heads[-2]
-    if entry >= 0:
-        heads[-2] = items[entry, 1]
+    entry = heads[VACATED]
+    if entry != NO_ENTRY:
+        heads[VACATED] = items[entry, NEXT]
     else:
-        entry = heads[-1]
+        entry = heads[N_USED]
         if entry >= len(items):
             return False
-        heads[-1] += 1
-    items[entry, 0], items[entry, 1] = cell, heads[slot]
+        heads[N_USED] += 1
+    items[entry, CELL], items[entry, NEXT] = cell, heads[slot]
     heads[slot] = entry
     return True
 
@@ -76,10 +82,10 @@ def _push(cell, slot, heads, items):
 def _pop(slot, heads, items):
     """Take the cell last put into a bucket that is not empty."""
     entry = heads[slot]
-    heads[slot] = items[entry, 1]
-    items[entry, 1] = heads[-2]
-    heads[-2] = entry
-    return items[entry, 0]
+    heads[slot] = items[entry, NEXT]
+    items[entry, NEXT] = heads[VACATED]
+    heads[VACATED] = entry
+    return items[entry, CELL]
 
 
 @kernel
@@ -104,8 +110,8 @@ def search(
     if at[N_WAITING] == NOT_BEGUN:
         for k in range(at[N_TOUCHED]):
             cost[touched[k]] = UNREACHED
-        heads[:] = -1
-        heads[-1] = 0
+        heads[:] = NO_ENTRY
+        heads[N_USED] = 0
         touched[0] = start
         cost[start], link[start] = 0, (link[start] & TARGET) | OPEN
         at[AT_BUCKET] = octile(start % nx, start // nx, box) >> shift
@@ -115,7 +121,7 @@ def search(
     passable, rows_per_cell = np.empty(8, np.bool_), 1.0 / nx
     exact_below = UNREACHED
     while waiting > 0:
-        if heads[bucket & mask] < 0:
+        if heads[bucket & mask] == NO_ENTRY:
             if settled >= want or (bucket << shift) > limit:
                 exact_below = (bucket + 1) << shift
                 break

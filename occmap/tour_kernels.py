@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from occmap.goals_kernels import sees, sees_into
+from occmap.goals_kernels import INSIDE_X, INSIDE_Y, sees, sees_into
 from occmap.grid import FREE, OCCUPIED
 from occmap.kernel import kernel, part
 
@@ -101,7 +101,7 @@ def watchers(state, clearance_m, side, cost_m, targets, ends, reach, share):
                 for j in range(mine.shape[0]):
                     if seen >= needed or seen + mine.shape[0] - j < needed:
                         break
-                    away_x, away_y = mine[j, 0] - x, mine[j, 1] - y
+                    away_x, away_y = mine[j, INSIDE_X] - x, mine[j, INSIDE_Y] - y
                     near = away_x * away_x + away_y * away_y <= reach[k] * reach[k]
                     seen += near and sees_into(state, x, y, mine, j)
                 if seen >= needed:

@@ -62,7 +62,7 @@ class Way:
         self.samples: Points = np.empty((0, 2))
         self._kernels = way_kernels
         self._samples = np.empty((round(self.config.length_m / self.config.spacing_m), 2))
-        self._room = np.empty((0, 3))
+        self._room = np.empty((0, way_kernels.ROOMS))
 
     def place(self, path: Path, robot: Pose2, low_m: float, high_m: float) -> tuple[float, float]:
         """Place where a path passes nearest to the robot: metres along it, within bounds, and how far off."""
@@ -96,7 +96,7 @@ class Way:
     def aim(self, hits: Points, nearest_m: float, farthest_m: float, room_m: float) -> tuple[float, float]:
         """The farthest sample within bounds to which a straight line keeps room_m, or what the way has."""
         c = self.config
-        soon = self._room[: round(farthest_m / c.spacing_m) + 1, 2]
+        soon = self._room[: round(farthest_m / c.spacing_m) + 1, self._kernels.NEAREST]
         need_m = min(room_m, float(soon.min()) - SPARE_M)
         j = self._kernels.farthest_aim(self.samples, hits, c.spacing_m, nearest_m, farthest_m, need_m)
         return float(self.samples[j, 0]), float(self.samples[j, 1])

@@ -9,6 +9,9 @@ import numpy as np
 
 from occmap.kernel import kernel, part
 
+LEFT, RIGHT, NEAREST = range(3)
+ROOMS = 3
+"""From a sample to the nearest hit on its left, on its right and anywhere."""
 TINY = 1e-9
 """Keeps divisions off zero."""
 TANGENT_SAMPLES, BEND_SAMPLES = 2, 4
@@ -85,7 +88,7 @@ def rooms(way, hits, beside_m, reach_m):
     """(m, 3) from each sample to the nearest hit on its left, on its right (no more than beside_m ahead or
     behind) and anywhere; at most reach_m. O(samples * hits).
     """
-    room = np.empty((len(way), 3))
+    room = np.empty((len(way), ROOMS))
     for j in range(len(way)):
         tx, ty = _tangent(way, j)
         on_left = on_right = nearest = reach_m * reach_m
@@ -100,7 +103,8 @@ def rooms(way, hits, beside_m, reach_m):
                     on_left = min(on_left, square)
                 else:
                     on_right = min(on_right, square)
-        room[j, 0], room[j, 1], room[j, 2] = math.sqrt(on_left), math.sqrt(on_right), math.sqrt(nearest)
+        room[j, LEFT], room[j, RIGHT] = math.sqrt(on_left), math.sqrt(on_right)
+        room[j, NEAREST] = math.sqrt(nearest)
     return room
 
 
@@ -115,16 +119,16 @@ def centre(way, hits, beside_m, roomy_m, most_m, reach):
     room = rooms(way, hits, beside_m, roomy_m)
     widest = 0.0
     for j in range(len(way)):
-        widest = max(widest, abs(room[j, 0] - room[j, 1]))
+        widest = max(widest, abs(room[j, LEFT] - room[j, RIGHT]))
     if widest < EVEN_M:
         return room
     shift = np.empty(len(way))
     for j in range(len(way)):
         shift[j], tightest = 0.0, np.inf
         for k in range(max(j - reach, 0), min(j + reach + 1, len(way))):
-            if room[k, 0] + room[k, 1] < tightest:
-                tightest = room[k, 0] + room[k, 1]
-                shift[j] = 0.5 * (room[k, 0] - room[k, 1])
+            if room[k, LEFT] + room[k, RIGHT] < tightest:
+                tightest = room[k, LEFT] + room[k, RIGHT]
+                shift[j] = 0.5 * (room[k, LEFT] - room[k, RIGHT])
         shift[j] = min(max(shift[j], -most_m), most_m)
     moved = np.empty((len(way), 2))
     for j in range(len(way)):
@@ -153,7 +157,7 @@ def speed_limit(way, room, spacing_m, top, slow, near_m, roomy_m, turn_radps, br
     for j in range(len(way)):
         here = top
         if j * spacing_m <= SLOW_BEFORE_M:
-            share = min(max((room[j, 2] - near_m) / (roomy_m - near_m), 0.0), 1.0)
+            share = min(max((room[j, NEAREST] - near_m) / (roomy_m - near_m), 0.0), 1.0)
             here = slow + (top - slow) * share
         if half <= j < len(way) - half:
             ax, ay = way[j, 0] - way[j - half, 0], way[j, 1] - way[j - half, 1]
@@ -173,7 +177,7 @@ def alignment(way, room, tight_m, reach):
     if there is no such place. O(reach).
     """
     for j in range(min(len(way), reach)):
-        if room[j, 2] < tight_m:
+        if room[j, NEAREST] < tight_m:
             tx, ty = _tangent(way, j)
             beside = abs(tx * way[j, 1] - ty * way[j, 0])
             across = abs(math.atan2(ty, tx))

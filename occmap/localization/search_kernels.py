@@ -14,6 +14,7 @@ import numpy as np
 
 from occmap.kernel import kernel, part
 from occmap.localization.likelihood_pyramid import top_blocks
+from occmap.localization.window import SCORE, SHIFT_X, SHIFT_Y, TURN
 
 NO_END = 2**62
 """Of work: more than any search takes."""
@@ -122,7 +123,7 @@ def descend(buffer, starts, shapes, points, origin_x, origin_y, cells_per_m, gue
             return at, work
         node = order[at]
         a, j, i = node // (blocks * blocks), (node // blocks) % blocks, node % blocks
-        if out[a, j, i] <= best[3]:
+        if out[a, j, i] <= best[SCORE]:
             break
         mine, size = cells[a * n : (a + 1) * n], 1
         if not is_turned[a]:
@@ -132,12 +133,12 @@ def descend(buffer, starts, shapes, points, origin_x, origin_y, cells_per_m, gue
         while size > 0:  # depth first below the block, the most promising child first
             size -= 1
             k, x, y = stack[size, 0], stack[size, 1], stack[size, 2]
-            if stack_bound[size] <= best[3]:
+            if stack_bound[size] <= best[SCORE]:
                 continue
             if k == 0:
                 if max(abs(x - half_cells - shun[0]), abs(y - half_cells - shun[1])) > shun[2]:
-                    best[0], best[1], best[2] = a - half_angles, x - half_cells, y - half_cells
-                    best[3] = stack_bound[size]
+                    best[TURN], best[SHIFT_X], best[SHIFT_Y] = a - half_angles, x - half_cells, y - half_cells
+                    best[SCORE] = stack_bound[size]
                     if any_will_do:
                         return at + 1, work
                 continue
@@ -149,7 +150,7 @@ def descend(buffer, starts, shapes, points, origin_x, origin_y, cells_per_m, gue
                 work -= n
                 value = _bound(buffer, starts, shapes, mine, k - 1, cx - half_cells, cy - half_cells,
                                a - half_angles, half_cells, costs)  # fmt: skip
-                if value > best[3]:
+                if value > best[SCORE]:
                     _push(stack, stack_bound, first, size, k - 1, cx, cy, value)
                     size += 1
     return order.shape[0], work

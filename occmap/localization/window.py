@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 
 from occmap.geometry import Pose2
 
+TURN, SHIFT_X, SHIFT_Y, SCORE = range(4)
+"""Of the best pose of a search: steps of turn, cells of shift, and the sum of raster values that it has."""
+
 
 @dataclass(frozen=True)
 class Window:

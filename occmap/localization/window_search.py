@@ -8,7 +8,7 @@ import numpy as np
 
 from occmap.geometry import Points, Pose2
 from occmap.localization.likelihood_pyramid import HIGHEST, LikelihoodPyramid, top_blocks
-from occmap.localization.window import Window
+from occmap.localization.window import SCORE, Window
 
 NOWHERE_LIKELIER = (0.0, 0.0, 0.0)
 """What shifts and turns cost: what is looked for may be anywhere in the window."""
@@ -45,7 +45,7 @@ class WindowSearch:
     @property
     def score(self) -> float:
         """Score of the best pose so far; about least_score if none is better."""
-        return float(self._best[3]) / (HIGHEST * max(1, len(self._points)))
+        return float(self._best[SCORE]) / (HIGHEST * max(1, len(self._points)))
 
     @property
     def found(self) -> bool:
@@ -69,7 +69,7 @@ class WindowSearch:
         kernels.bounds(*self._problem(raster), first, last, self._bounds)
         self._angles_bounded = last
         if last == len(self._bounds):
-            worth = np.flatnonzero(self._bounds.ravel() > self._best[3])
+            worth = np.flatnonzero(self._bounds.ravel() > self._best[SCORE])
             self._order = worth[np.argsort(-self._bounds.ravel()[worth], kind="stable")]
         return work - (last - first) * an_angle
 
