@@ -53,6 +53,18 @@ class FoundGoals:
     wave: Wavefront
 
 
+@dataclass(frozen=True, eq=False)
+class _Query:
+    """What a goal is sought in, and what the robot is after meanwhile."""
+
+    frontiers: Sequence[Frontier]
+    grid: OccupancyGrid
+    flood: Flood
+    max_range_m: float
+    pursued: Goal | None
+    way_left_m: float
+
+
 class GoalSearch:
     """Looks for viewpoints in widening floods, and only when there is none near a frontier, from afar."""
 
@@ -89,12 +101,13 @@ class GoalSearch:
         way_left_m: of the path to the goal pursued, if there is one that holds. The flood covers no more
         than it must. Without a goal it is over a flood of all that can be reached.
         """
-        found = yield from self._among_leftovers(frontiers, grid, flood, max_range_m, pursued, way_left_m)
+        query = _Query(frontiers, grid, flood, max_range_m, pursued, way_left_m)
+        found = yield from self._among_leftovers(query)
         if found is not None:
             return found
         tour = self._tour if grid.state.size <= TOUR_CELLS else None
         look = self._widening if tour is None else partial(self._along_tour, tour)
-        goals, wave = yield from look(frontiers, grid, flood, pursued, way_left_m)
+        goals, wave = yield from look(query)
         if pursued is not None and pursued.is_nook and 0.0 < way_left_m < _cheapest_m(goals):
             return FoundGoals(pursued, (pursued,), wave)  # nooks come last, but not once it is nearly there
         if not goals:
@@ -108,35 +121,27 @@ class GoalSearch:
                 self._leftovers = Leftovers({id(each): each for each in frontiers}, edges, grid.state)
         return FoundGoals(self._prefer(goals, pursued), tuple(goals), wave)
 
-    def _among_leftovers(
-        self,
-        frontiers: Sequence[Frontier],
-        grid: OccupancyGrid,
-        flood: Flood,
-        max_range_m: float,
-        pursued: Goal | None,
-        way_left_m: float,
-    ) -> Sliced[FoundGoals | None]:
+    def _among_leftovers(self, query: _Query) -> Sliced[FoundGoals | None]:
         """A goal near the end of a large building: at frontiers new since all were hopeless, or at nooks.
 
         To look at all of it again for each of its last nooks would take as long as the rest. None if there
         is no goal like that, or it is time to look at all again.
         """
-        left = self._leftovers
+        left, grid, pursued = self._leftovers, query.grid, query.pursued
         if left is None or left.trust == 0 or left.state is not grid.state:
             self._leftovers = None
             return None
         left.trust -= 1
-        new = [frontier for frontier in frontiers if id(frontier) not in left.hopeless]
+        new = [frontier for frontier in query.frontiers if id(frontier) not in left.hopeless]
         for bound_m in BOUNDS_M:
-            wave = yield from flood(bound_m)
+            wave = yield from query.flood(bound_m)
             near = near_to(wave.start_in_map, new, bound_m + NEAR_M)
             goals = yield from self._views.from_near(self._views.worth_a_look(near, grid), grid, wave)
             if not goals:
-                mouths = near_to(wave.start_in_map, left.edges, bound_m + max_range_m)
-                nooks = yield from self._nooks.goals(mouths, grid, wave, max_range_m)
+                mouths = near_to(wave.start_in_map, left.edges, bound_m + query.max_range_m)
+                nooks = yield from self._nooks.goals(mouths, grid, wave, query.max_range_m)
                 goals = self._views.worthy(nooks, grid)
-            if pursued is not None and self._stays_best(bound_m, goals, wave, way_left_m):
+            if pursued is not None and self._stays_best(bound_m, goals, wave, query.way_left_m):
                 return FoundGoals(pursued, (pursued,), wave)
             if goals and not self._may_widening_help(bound_m, goals, pursued):
                 return FoundGoals(self._prefer(goals, pursued), tuple(goals), wave)
@@ -167,29 +172,22 @@ class GoalSearch:
         is_much_better = same is None or best.utility >= same.utility + self.chooser.config.hysteresis_m
         return best if is_much_better else same
 
-    def _along_tour(
-        self,
-        tour: Tour,
-        frontiers: Sequence[Frontier],
-        grid: OccupancyGrid,
-        flood: Flood,
-        pursued: Goal | None,
-        way_left_m: float,
-    ) -> Sliced[tuple[list[Goal], Wavefront]]:
+    def _along_tour(self, tour: Tour, query: _Query) -> Sliced[tuple[list[Goal], Wavefront]]:
         """Goals at the first stop of a tour that has any; what no tour gets to is sought as without one."""
-        wave = yield from flood(BOUNDS_M[0])
-        hopeless = self._hopeless.among(frontiers, grid)
-        worth_a_look = self._views.worth_a_look(frontiers, grid)
+        grid = query.grid
+        wave = yield from query.flood(BOUNDS_M[0])
+        hopeless = self._hopeless.among(query.frontiers, grid)
+        worth_a_look = self._views.worth_a_look(query.frontiers, grid)
         candidates = [(each, failed) for each, failed in worth_a_look if id(each) not in hopeless]
-        heading = _nearest_to(pursued, candidates)
+        heading = _nearest_to(query.pursued, candidates)
         sights = [self.chooser.sight_of(each, grid, failed) for each, failed in candidates]
         stops = tour.stops(sights, wave.terrain, wave.start_cell, heading)
         yield grid.state.size // 4
         for stop in stops:
-            found = yield from self._at_stop(stop, [candidates[k] for k in stop.members], grid, flood)
+            found = yield from self._at_stop(stop, [candidates[k] for k in stop.members], grid, query.flood)
             if found is not None:
                 return found
-        return (yield from self._widening(frontiers, grid, flood, pursued, way_left_m))
+        return (yield from self._widening(query))
 
     def _at_stop(
         self, stop: Stop, members: Sequence[tuple[Frontier, int]], grid: OccupancyGrid, flood: Flood
@@ -208,20 +206,14 @@ class GoalSearch:
             self._hopeless.note(frontier, grid)
         return None
 
-    def _widening(
-        self,
-        frontiers: Sequence[Frontier],
-        grid: OccupancyGrid,
-        flood: Flood,
-        pursued: Goal | None,
-        way_left_m: float,
-    ) -> Sliced[tuple[list[Goal], Wavefront]]:
+    def _widening(self, query: _Query) -> Sliced[tuple[list[Goal], Wavefront]]:
         """Goals seen from near, and the flood that reached them: as narrow a one as proves the best."""
+        grid, pursued = query.grid, query.pursued
         for bound_m in (*BOUNDS_M, math.inf):
-            wave = yield from flood(bound_m)
-            near = near_to(wave.start_in_map, frontiers, bound_m + NEAR_M)
+            wave = yield from query.flood(bound_m)
+            near = near_to(wave.start_in_map, query.frontiers, bound_m + NEAR_M)
             goals = yield from self._views.from_near(self._views.worth_a_look(near, grid), grid, wave)
-            if pursued is not None and self._stays_best(bound_m, goals, wave, way_left_m):
+            if pursued is not None and self._stays_best(bound_m, goals, wave, query.way_left_m):
                 return [pursued], wave
             if wave.is_exhausted or not self._may_widening_help(bound_m, goals, pursued):
                 return goals, wave
