@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from experiments.command import Command, parse
 from experiments.exit_status import CTRL_C, INTERRUPTED, MISTAKE, UNRECORDED
 from experiments.signals import StopRequest
-from experiments.words import counted
+from experiments.words import counted, say
 
 if TYPE_CHECKING:
     from experiments.curves import ScoreCurve
@@ -124,11 +124,6 @@ def report(summary: Summary, finished: Run, folder: RunFolder) -> str:
 def wall_error(mean_m: float) -> str:
     """How far off the map's walls are; nan if it has none."""
     return "no wall in the map" if math.isnan(mean_m) else f"wall error {100.0 * mean_m:.1f} cm"
-
-
-def say(text: str) -> None:
-    """To people; nothing is written to standard output."""
-    print(text, file=sys.stderr, flush=True)
 
 
 if __name__ == "__main__":

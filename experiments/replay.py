@@ -18,7 +18,7 @@ from experiments.replaying.localizers import ReplayLocalizer, make_localizer
 from experiments.replaying.runner import ReplayConfig, Replayed, ReplayRecorder, replay
 from experiments.replaying.states import StateOptions, make_from_state
 from experiments.signals import StopRequest
-from experiments.words import counted
+from experiments.words import counted, say
 
 if TYPE_CHECKING:
     from experiments.logs.log import RecordedLog
@@ -153,11 +153,6 @@ def write(
         f"results in {folder.path}",
     ]
     return "\n".join(lines)
-
-
-def say(text: str) -> None:
-    """To people; nothing is written to standard output."""
-    print(text, file=sys.stderr, flush=True)
 
 
 if __name__ == "__main__":

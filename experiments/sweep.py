@@ -25,6 +25,7 @@ from experiments.exit_status import CTRL_C, INTERRUPTED, MISTAKE
 from experiments.signals import StopRequest
 from experiments.sweeping.matrix import AXIS_INSTEAD, Matrix, instead
 from experiments.sweeping.recordings import Keep, record, recording_jobs, to_record
+from experiments.words import say
 
 if TYPE_CHECKING:
     from experiments.sweeping.jobs import Job
@@ -184,11 +185,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if stop.signal is not None:
             return INTERRUPTED + stop.signal
         return 0 if are_good else 1
-
-
-def say(text: str) -> None:
-    """To people; standard output is for the table."""
-    print(text, file=sys.stderr, flush=True)
 
 
 if __name__ == "__main__":

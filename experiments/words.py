@@ -1,6 +1,13 @@
-"""Numbers as people say them."""
+"""What commands say to people, and how they say numbers."""
 
 from __future__ import annotations
+
+import sys
+
+
+def say(text: str) -> None:
+    """To people: standard output is left to tables, for other programs."""
+    print(text, file=sys.stderr, flush=True)
 
 
 def counted(n: int, noun: str) -> str:

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from occmap.geometry import Pose2
 from sim.building import Building
+from sim.render_process import READY
 from sim.scene import yaw_quaternion
 
 Rgb8 = NDArray[np.uint8]
@@ -28,7 +29,6 @@ Rgb8 = NDArray[np.uint8]
 
 BACKENDS = ("egl", "osmesa")
 """Graphics without a screen, the faster one first."""
-READY = b"ready\n"
 
 
 class Studio:

@@ -13,7 +13,8 @@ import rerun.blueprint as rrb
 
 from experiments.recorders import palette
 from experiments.recorders.belief_tiles import BeliefTiles, Tile
-from experiments.recorders.rerun_blueprint import looking_down
+from experiments.recorders.rerun_blueprint import looking_down, whole_run
+from experiments.recorders.rerun_motion import lifted
 from experiments.recorders.rerun_scene import (
     BEAM_Z_M,
     TRAIL_Z_M,
@@ -22,7 +23,7 @@ from experiments.recorders.rerun_scene import (
     planar_transform,
 )
 from experiments.replaying.runner import ReplayStep
-from occmap.geometry import Points, Pose2
+from occmap.geometry import Pose2
 from occmap.grid import GridConfig, OccupancyGrid
 from occmap.mapper import Mapper
 
@@ -134,7 +135,6 @@ def blueprint(low_m: tuple[float, float], high_m: tuple[float, float]) -> rrb.Bl
     """The map from above, and the curve of the odometry's error below it."""
     x_m, y_m = (low_m[0] + high_m[0]) / 2.0, (low_m[1] + high_m[1]) / 2.0
     span_m = max(high_m[1] - low_m[1], (high_m[0] - low_m[0]) / 1.8)
-    ends = rrb.TimeRangeBoundary.infinite()
     return rrb.Blueprint(
         rrb.Vertical(
             rrb.Spatial3DView(
@@ -149,7 +149,7 @@ def blueprint(low_m: tuple[float, float], high_m: tuple[float, float]) -> rrb.Bl
             rrb.TimeSeriesView(
                 name="odometry's distance from the estimate, m",
                 origin="/curves",
-                axis_x=rrb.TimeAxis(view_range=rr.TimeRange(start=ends, end=ends)),
+                axis_x=whole_run(),
                 plot_legend=rrb.PlotLegend(visible=False),
             ),
             row_shares=[5, 1],
@@ -180,8 +180,3 @@ def grid_map(tile: Tile, resolution_m: float) -> rr.GridMap:
         translation=[*tile.low_m, 0.0],
         colormap=rr.components.Colormap.RvizMap,
     )
-
-
-def lifted(points: Points, z_m: float) -> np.ndarray:
-    """(n, 2) points of the plane as (n, 3) float32 at one height."""
-    return np.column_stack((points, np.full(len(points), z_m))).astype(np.float32)
