@@ -16,6 +16,10 @@ NOTED = np.uint8(128)
 """Added to the mask of a cell that is about to be looked at."""
 NONE, ONE, TWO = np.int64(0), np.int64(1), np.int64(2)
 """Typed: literals would have `flood` compiled once more for each."""
+REACH, STRUCK_REACH = 2, 3
+"""So many cells away, along both axes, a change of state, or the first hits of a cell, show in the mask."""
+SQUARE, STRUCK_SQUARE = (2 * REACH + 1) ** 2, (2 * STRUCK_REACH + 1) ** 2
+"""Cells within that."""
 FLOODED, ECHOED, ONE_HALF, OTHER_HALF, DONE = np.uint8(2), np.uint8(3), np.uint8(4), np.uint8(5), np.uint8(6)
 
 
@@ -97,20 +101,20 @@ def update_mask(flat_cells, struck, state, hits, mask, ignore_rim, ignore_struck
     cease to be. O(25 n + 49 m).
     """
     ny, nx = state.shape
-    stirred = np.empty(25 * flat_cells.shape[0] + 49 * struck.shape[0], np.int32)
+    stirred = np.empty(SQUARE * flat_cells.shape[0] + STRUCK_SQUARE * struck.shape[0], np.int32)
     n_around, n = 0, 0
     for k in range(flat_cells.shape[0]):
         cy, cx = flat_cells[k] // nx, flat_cells[k] % nx
-        for iy in range(max(cy - 2, 0), min(cy + 3, ny)):
-            for ix in range(max(cx - 2, 0), min(cx + 3, nx)):
+        for iy in range(max(cy - REACH, 0), min(cy + REACH + 1, ny)):
+            for ix in range(max(cx - REACH, 0), min(cx + REACH + 1, nx)):
                 if mask[iy, ix] < NOTED:
                     mask[iy, ix] += NOTED
                     stirred[n_around] = iy * nx + ix
                     n_around += 1
     for k in range(struck.shape[0]):
         cy, cx = struck[k] // nx, struck[k] % nx
-        for iy in range(max(cy - 3, 0), min(cy + 4, ny)):
-            for ix in range(max(cx - 3, 0), min(cx + 4, nx)):
+        for iy in range(max(cy - STRUCK_REACH, 0), min(cy + STRUCK_REACH + 1, ny)):
+            for ix in range(max(cx - STRUCK_REACH, 0), min(cx + STRUCK_REACH + 1, nx)):
                 if mask[iy, ix] == FRONTIER:
                     mask[iy, ix] += NOTED
                     stirred[n_around] = iy * nx + ix

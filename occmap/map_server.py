@@ -23,7 +23,9 @@ SHADES = np.array([205, 254, 0], np.uint8)
 """The pixel of each Belief in a trinary map."""
 OCCUPIED_THRESHOLD, FREE_THRESHOLD = 0.65, 0.196
 """The usual free_thresh of 0.25 would read our unknown (205, an occupancy of 0.196) back as free."""
-UNKNOWN_OCCUPANCY = 50 / 255
+WHITE = 255.0
+"""The brightest pixel."""
+UNKNOWN_OCCUPANCY = 50 / WHITE
 """What 205 stands for; unknown in every trinary map, whatever its free_thresh says."""
 
 ImageReader = Callable[[Path], NDArray[np.float64]]
@@ -91,7 +93,7 @@ def states_from_brightness(
     """
     occupancy = brightness if negate else 1.0 - brightness
     if mode == "raw":  # the pixel's value is a percentage; above 100 it says nothing
-        percent = np.rint(255.0 * brightness)
+        percent = np.rint(WHITE * brightness)
         undecided, occupancy = percent > 100.0, percent / 100.0
     elif mode == "trinary":
         undecided = np.isclose(occupancy, UNKNOWN_OCCUPANCY, atol=1e-6)
