@@ -34,9 +34,11 @@ class GoalConfig:
     """raycast: unknown area that a look from the viewpoint is expected to reveal. size: cheaper,
     the frontier's length times a depth of 1 m."""
     gain_range_m: float = 4.0
-    """How far an expected look reaches: nobody knows where the walls behind a frontier are."""
+    """How far an expected look reaches, if the lidar does: nobody knows where the walls behind a frontier
+    are."""
     look_from_m: tuple[float, ...] = (2.5, 1.2, 0.5)
-    """A viewpoint lies at most this far from its frontier; each look that fails goes nearer."""
+    """A viewpoint lies at most this far from its frontier, or as the lidar sees; each look that fails goes
+    nearer."""
     look_into_m: tuple[float, ...] = (0.2, 0.2, 0.2)
     """Those looks are aimed this deep into the unknown, deeper where a frontier is short: what grazes a
     frontier only moves it on a little."""

@@ -101,6 +101,7 @@ class GoalSearch:
         way_left_m: of the path to the goal pursued, if there is one that holds. The flood covers no more
         than it must. Without a goal it is over a flood of all that can be reached.
         """
+        self.chooser.sight_m = max_range_m
         query = _Query(frontiers, grid, flood, max_range_m, pursued, way_left_m)
         found = yield from self._among_leftovers(query)
         if found is not None:
@@ -151,6 +152,7 @@ class GoalSearch:
         self, frontiers: Sequence[Frontier], grid: OccupancyGrid, wave: Wavefront, max_range_m: float
     ) -> Sliced[list[Frontier]]:
         """The frontiers that could still be looked into, worth it or not, given a flood of all in reach."""
+        self.chooser.sight_m = max_range_m
         views, found = self._views, []
         for frontier, failed in views.worth_a_look(frontiers, grid):
             has_place = views.has_place(frontier, failed, grid, wave)
@@ -161,6 +163,7 @@ class GoalSearch:
 
     def slits_left(self, grid: OccupancyGrid, wave: Wavefront, max_range_m: float) -> Sliced[list[Frontier]]:
         """The mouths of slits along walls that nobody has looked into: not worth the way, or too narrow."""
+        self.chooser.sight_m = max_range_m
         return self._nooks.slits(grid, wave, max_range_m)
 
     def _prefer(self, goals: Sequence[Goal], pursued: Goal | None) -> Goal | None:

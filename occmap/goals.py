@@ -40,6 +40,8 @@ CHEAPER = 20
 """So many cells are looked at in the time that a flood takes for one: 2 to 3 ns each."""
 LONG_M = 0.5
 """A frontier as long as this promises enough for any way."""
+STOPS_SHORT_M = 0.1
+"""So far before its viewpoint the robot may stop, and what it was to see must be within its lidar's range."""
 SHORT_INTO = 0.4
 """One that is shorter is looked into deeper: by this share of what a viewpoint may be away."""
 
@@ -86,7 +88,10 @@ class Goal:
 
 
 class GoalChooser:
-    """Finds a viewpoint for each frontier and says which is worth most. Remembers only what that has cost."""
+    """Finds a viewpoint for each frontier and says which is worth most.
+
+    Remembers only what that has cost, and how far the robot sees.
+    """
 
     def __init__(self, config: GoalConfig) -> None:
         from occmap import goals_kernels
@@ -98,6 +103,8 @@ class GoalChooser:
         )
         self._kernels = goals_kernels
         self._looked_at_cells = 0
+        self.sight_m = math.inf
+        """How far the lidar sees: nothing is looked at from farther, whatever the config says."""
 
     def spent(self) -> int:
         """Cost of seeking viewpoints since this was asked last: see slices.Sliced."""
@@ -125,10 +132,14 @@ class GoalChooser:
         pillar's shadow is in plain sight from where the shadow was cast, and looking at it from
         there again shows nothing new.
         """
-        targets, reach_m = self._targets(frontier, grid, into_m), from_m + into_m
-        if from_m < self._looks[0][0]:  # others have failed: another half of it may be in nobody's reach
+        targets, reach_m = self._targets(frontier, grid, into_m), self._within_sight_m(from_m + into_m)
+        is_near = from_m < self._looks[0][0] or reach_m < from_m + into_m
+        if is_near:  # others have failed, or cannot be had: another half of it may be in nobody's reach
             share *= min(1.0, reach_m / (frontier.size * grid.frame.resolution_m))
         return self.goal_seeing(targets, frontier, grid, wave, reach_m, stride, within_m, share)
+
+    def _within_sight_m(self, reach_m: float) -> float:
+        return min(reach_m, self.sight_m - STOPS_SHORT_M)
 
     def _targets(self, frontier: Frontier, grid: OccupancyGrid, into_m: float) -> NDArray[np.int64]:
         deepest = max(1, round(into_m / grid.frame.resolution_m))
@@ -142,7 +153,7 @@ class GoalChooser:
     def sight_of(self, frontier: Frontier, grid: OccupancyGrid, failed: int) -> Sight:
         """The sight that a look at a frontier is to have, after so many that failed."""
         from_m, into_m = self.looks_at(frontier, grid)[failed]
-        reach_cells = max(1, int((from_m + into_m) / grid.frame.resolution_m))
+        reach_cells = max(1, int(self._within_sight_m(from_m + into_m) / grid.frame.resolution_m))
         return Sight(frontier, self._targets(frontier, grid, into_m), reach_cells)
 
     def goal_at(
@@ -167,10 +178,10 @@ class GoalChooser:
         within_m: float = math.inf,
         share: float = SEEN_SHARE,
     ) -> Goal | None:
-        """A goal at the cheapest place that sees targets (n, 5) from at most reach_m."""
+        """A goal at the cheapest place that sees targets (n, 5) from at most reach_m, as far as one sees."""
         if not len(targets):
             return None
-        reach = max(1, int(reach_m / grid.frame.resolution_m))
+        reach = max(1, int(self._within_sight_m(reach_m) / grid.frame.resolution_m))
         cost, below = wave.raw_costs(within_m)
         needed = max(1, math.ceil(share * len(targets)))
         ix, iy, n = self._kernels.find_viewpoint(grid.state, cost, below, targets, needed, reach, stride)
@@ -202,8 +213,13 @@ class GoalChooser:
     def in_sight_m2(self, grid: OccupancyGrid, ix: int, iy: int) -> float:
         """Unknown area that a look from a cell is expected to reveal."""
         r = grid.frame.resolution_m
-        reach = int(self.config.gain_range_m / r)
+        reach = int(self._gain_range_m / r)
         return self._kernels.expected_gain_cells(grid.state, ix, iy, reach, GAIN_RAYS) * r * r
+
+    @property
+    def _gain_range_m(self) -> float:
+        """How far an expected look reaches."""
+        return min(self.config.gain_range_m, self.sight_m)
 
     def affordable_m(self, best: Goal | None) -> float:
         """The most that a goal may cost to be worth comparing with the best so far."""
@@ -213,7 +229,7 @@ class GoalChooser:
 
     def may_be_beaten_beyond(self, bound_m: float, utility_m: float) -> bool:
         """Whether a goal that costs more than bound_m could be worth more than this."""
-        return self._worth(math.pi * self.config.gain_range_m**2, bound_m) > utility_m
+        return self._worth(math.pi * self._gain_range_m**2, bound_m) > utility_m
 
     def _worth(self, gain_m2: float, cost_m: float) -> float:
         return worth(self.config.strategy, gain_m2, cost_m, self.config.lambda_m_per_m2)

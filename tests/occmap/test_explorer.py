@@ -61,6 +61,19 @@ def test_what_was_gone_before_the_robot_came_is_remembered_as_looked_at():
     assert moments[-1][1] > moments[-2][1]
 
 
+def test_a_short_sighted_robot_looks_from_no_farther_than_it_sees():
+    """Looks that can show nothing would each have to be given up: 15 in this flat, and some of it unseen."""
+    flat, sight_m = exploring(FLAT), 1.5
+    scan = flat.world.scan
+    flat.world.scan = lambda: scan(max_range_m=sight_m)
+    assert flat.run(200.0).status is Status.COMPLETE
+    assert flat.explored() > 0.99
+    goals = [decision.goal for decision in flat.decisions if decision.goal is not None]
+    away_m = [np.hypot(*(goal.watched_in_map - goal.viewpoint_in_map).T).min() for goal in goals]
+    assert max(away_m) < sight_m
+    assert sum("gave up" in event for event in flat.events) <= 3
+
+
 def test_a_closed_room_is_complete_at_once():
     cell = exploring(CELL)
     assert cell.run(60.0).status is Status.COMPLETE
