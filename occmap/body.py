@@ -22,4 +22,5 @@ class Body(Positive):
     turn_acceleration_radps2: float = 3.0
     """The base's ramp for turning."""
     period_s: float = 0.1
-    """A command stands for so long: until the next scan."""
+    """A command stands for so long: until the next scan. It must be the time from one call of Explorer.decide
+    to the next, by which waiting is timed: 0.1 for a lidar that turns ten times a second."""

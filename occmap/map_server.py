@@ -42,7 +42,11 @@ class NavMap:
 
 
 def save_map(path_stem: str | Path, state: NDArray[np.uint8], resolution_m: float, origin: Pose2) -> Path:
-    """Write `path_stem`.yaml and .pgm, trinary, the origin to the last digit. Returns the YAML's path."""
+    """Write `path_stem`.yaml and .pgm, trinary, the origin to the last digit. Returns the YAML's path.
+
+    Of an explorer's grid, or of what SlamLocalizer.map() returns, in the map's own frame:
+    `save_map("map", grid.state, grid.frame.resolution_m, Pose2(*grid.frame.origin_m, 0.0))`.
+    """
     stem = Path(path_stem)
     image, description = Path(f"{stem}.pgm"), Path(f"{stem}.yaml")
     write_pgm(image, SHADES[state[::-1]])

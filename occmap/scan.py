@@ -17,16 +17,22 @@ NO_RANGE_M = 1e-3
 class Scan:
     """One turn of the lidar, in the lidar's frame; bearings are counter-clockwise from its forward axis.
 
-    Ranges follow REP 117. A beam that met nothing has range inf: free up to max_range_m, unknown
-    beyond. A beam that failed has range nan: it says nothing. Nor does a range below min_range_m, nor 0,
-    which some drivers write for a beam that failed.
+    Ranges follow REP 117. A beam that met nothing has range inf, or any from max_range_m on: free up to
+    max_range_m, unknown beyond; if its neighbours met nothing either (see SensorModelConfig).
+    A beam that failed has range nan: it says nothing. Nor does one that met something too near to measure,
+    -inf, nor any range below min_range_m, nor 0, which some drivers write for a beam that failed.
+
+    Beams that end on the robot itself must be nan, or below min_range_m: they would be obstacles that go
+    wherever it goes. Arrays of other types and orders are copied into float64.
     """
 
     bearings_rad: NDArray[np.float64]  # (n,)
     ranges_m: NDArray[np.float64]  # (n,)
     max_range_m: float
     min_range_m: float = 0.0
-    beam_times_s: NDArray[np.float64] | None = None  # (n,) seconds relative to the observation's stamp
+    beam_times_s: NDArray[np.float64] | None = None
+    """(n,) when each beam was cast, in seconds after the observation's time_s, negative before it: localizers
+    then undo the robot's motion. None: all at once, or undone already."""
 
     def __post_init__(self) -> None:
         self._hold_what_kernels_take()
@@ -74,6 +80,9 @@ class Observation:
     """All that a robot knows of one instant: where its wheels say it is, and what its lidar sees."""
 
     time_s: float
+    """The instant of odom_from_robot, and the one that beam_times_s count from; by any clock in seconds."""
     odom_from_robot: Pose2
+    """Where the wheels say the robot is at time_s; counted from anywhere."""
     scan: Scan
     robot_from_lidar: Pose2
+    """Where on the robot the lidar sits; the robot's own origin is the middle between its wheels."""

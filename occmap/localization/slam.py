@@ -38,7 +38,11 @@ class SlamConfig:
 
 
 class SlamLocalizer:
-    """Scans against submaps, submaps against submaps, and all of them in one pose graph."""
+    """Scans against submaps, submaps against submaps, and all of them in one pose graph.
+
+    For an Explorer, `grid` and `sensor_model` must be those of its own config: with each correction of the
+    past it is handed another grid, built by these, and goes on to map in that one by its own.
+    """
 
     def __init__(
         self,
