@@ -95,11 +95,11 @@ def in_sight(config: ExperimentConfig, truth: TruthGrid, world: World) -> Mask:
     return explorable(truth, world.world_from_robot, world.body_radius_m, config.lidar.max_range_m, within)
 
 
-def floor_in_reach(config: ExperimentConfig, truth: TruthGrid, world: World) -> Mask:
-    """Where some part of the robot's body could come to stand, from where it is."""
+def floor_in_reach(config: ExperimentConfig, truth: TruthGrid, start: Pose2, body_radius_m: float) -> Mask:
+    """Where some part of the robot's body could come to stand, from a start."""
     within = cells_within(config.boundary, truth)
-    places = reachable(truth, world.world_from_robot, world.body_radius_m, within)
-    return clearance_m(places, truth.resolution_m) <= world.body_radius_m
+    places = reachable(truth, start, body_radius_m, within)
+    return clearance_m(places, truth.resolution_m) <= body_radius_m
 
 
 def closed_doors(world: World) -> list[int]:

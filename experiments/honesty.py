@@ -4,7 +4,7 @@ A status claims something. `time_limit`, `stuck`, `physics_fault` and `interrupt
 the run ended early, which is so by itself. `complete` and `sealed_in` claim that nothing reachable
 is left to see. That is judged by what was left out: the clusters (8 neighbours) of unexplored
 explorable cells larger than HIDDEN_M2, the area of the robot's own footprint. The claim is honest if
-each of them lies entirely where no part of the robot's body could ever stand, and beside a frontier
+each of them lies entirely where no part of the robot's body could come from the start, and beside a frontier
 that the certificate of being done lists as `too_narrow` or `sealed`: a slot that one could have
 peered through at a steeper angle.
 

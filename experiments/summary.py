@@ -73,7 +73,7 @@ def summarise(run: Run) -> Summary:
     unknown_left = experiment.explorer.certificate()
     return Summary(
         status=run.outcome.value,
-        honest=_honest(run, unknown_left),
+        honest=is_run_honest(run, unknown_left),
         explored=score.explored,
         known=score.known,
         wrong=score.wrong,
@@ -107,18 +107,23 @@ def summarise(run: Run) -> Summary:
     )
 
 
-def _honest(run: Run, unknown_left: Sequence[UnknownLeft]) -> bool:
+def is_run_honest(run: Run, unknown_left: Sequence[UnknownLeft]) -> bool:
+    """Whether a run's status agrees with the truth: from the start, or, shut in, from where the robot is.
+
+    A robot that squeezed in somewhere reaches nothing from there, by the truth's margins.
+    """
     world = run.experiment.robot.world
     if run.outcome is Outcome.SEALED_IN and not closed_doors(world):
         return False
     scorer = run.experiment.scorer_at_the_end(run.outcome)
+    start = world.world_from_robot if run.outcome is Outcome.SEALED_IN else scorer.world_from_map
     return is_honest(
         run.outcome,
         scorer.unexplored(run.last.grid),
         unknown_left,
         scorer.truth,
         scorer.world_from_map,
-        lambda: floor_in_reach(run.experiment.config, scorer.truth, world),
+        lambda: floor_in_reach(run.experiment.config, scorer.truth, start, world.body_radius_m),
     )
 
 

@@ -15,7 +15,9 @@ from occmap.memory import has_changed_around, known_around
 SAME_GAP_M = 0.15
 """Places where the robot was held up that are nearer to each other are one gap."""
 TRIES = 2
-"""A gap is closed once it has held the robot up so often."""
+"""A gap is closed once it has held the robot up so often,"""
+TRIES_WHERE_PASSED = 12
+"""or so often where the robot has come through it."""
 BEYOND_M = 0.1
 """So much farther than the clearance reaches the bar across a gap: into the walls."""
 
@@ -54,7 +56,7 @@ class BarredGaps:
     def __init__(self) -> None:
         self._gaps: list[Gap] = []
 
-    def note(self, gap: Gap) -> bool:
+    def note(self, gap: Gap, most_tries: int = TRIES) -> bool:
         """Take in that a gap held the robot up; False if it was closed by then, and is not to blame."""
         for k, known in enumerate(self._gaps):
             if math.dist(known.in_map, gap.in_map) < SAME_GAP_M:
@@ -62,7 +64,7 @@ class BarredGaps:
                     return False
                 tries = known.tries + 1
                 self._gaps[k] = replace(
-                    gap, tries=tries, is_closed=tries >= TRIES, was_reopened=known.was_reopened
+                    gap, tries=tries, is_closed=tries >= most_tries, was_reopened=known.was_reopened
                 )
                 return True
         self._gaps.append(gap)

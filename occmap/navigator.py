@@ -65,7 +65,7 @@ class Navigator:
     def carry_over(self, new_map_from_old_map: Pose2) -> None:
         """Follow a correction of the map."""
         self._planner.barred.carry_over(new_map_from_old_map)
-        self._setbacks.learning.carry_over(new_map_from_old_map, self._map.known_m2)
+        self._setbacks.carry_over(new_map_from_old_map, self._map.known_m2)
         if self.pursuit is not None:
             self.pursuit.carry_over(new_map_from_old_map)
 

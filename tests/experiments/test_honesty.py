@@ -1,15 +1,22 @@
 """When a run may say that it is done."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from experiments.config import ExperimentConfig
+from experiments.experiment import prepare
 from experiments.honesty import is_honest
 from experiments.outcome import Outcome
+from experiments.run import run
+from experiments.summary import is_run_honest
 from occmap.decision import Reason, Status, UnknownLeft
 from occmap.geometry import Pose2
+from sim.generators import BuildingConfig
 from sim.truth import TruthGrid
+from sim.world import World
 
 EVERYWHERE, NOWHERE = np.ones((30, 30), bool), np.zeros((30, 30), bool)
 TRUTH = TruthGrid(0.1, (0.0, 0.0), np.zeros((30, 30), bool))
@@ -71,3 +78,11 @@ def test_the_explorers_last_word_becomes_the_outcome():
         Outcome.STUCK,
     ]
     assert [outcome.exit_status for outcome in Outcome] == [0, 0, 3, 4, 5, 130]
+
+
+def test_a_robot_that_squeezed_in_where_nothing_is_in_reach_hides_nothing_by_it(monkeypatch):
+    building = BuildingConfig("apartment", seed=1)
+    begun = run(prepare(ExperimentConfig(pose="truth", building=building, time_limit_s=0.5)))
+    gaps = [UnknownLeft((0.0, 0.0), 50.0, Reason.TOO_NARROW, "beside all that is unexplored")]
+    monkeypatch.setattr(World, "world_from_robot", property(lambda world: Pose2.identity()))  # in a corner
+    assert not is_run_honest(replace(begun, outcome=Outcome.COMPLETE), gaps)

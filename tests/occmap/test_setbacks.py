@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
+from occmap.barred import TRIES, TRIES_WHERE_PASSED
 from occmap.body import Body
 from occmap.decision import Reason
 from occmap.explorer_config import ExplorerConfig
@@ -104,6 +107,33 @@ def test_a_gap_that_holds_the_robot_up_is_to_blame_and_not_the_goal(setting):
     assert setting.pursuit.is_void  # another way, then
     assert not setting.pursuit.is_over
     assert not setting.failed()
+
+
+@pytest.mark.parametrize("correction", [None, Pose2(0.4, -0.2, 0.0)])
+def test_a_gap_that_the_robot_came_through_is_not_closed_soon(setting, correction):
+    """It would shut the robot in where it cannot stay: what let it in will let it out."""
+    for x in np.arange(2.0, 0.9, -0.05):
+        moved = Pose2(x, 0.35, math.pi)
+        setting.setbacks.trail.note(moved if correction is None else correction.inverse() @ moved)
+    if correction is not None:
+        setting.setbacks.carry_over(correction, 0.0)
+    for k in range(TRIES_WHERE_PASSED):
+        assert not len(setting.planner.barred.closed_cells(setting.map.grid))
+        setting.pursuit.is_void = False
+        setting.pursuit.advance(steering(held_up_s=5.0), 5.0 + k)
+        assert "holds the robot up" in setting.judge(5.0 + k)
+        assert setting.pursuit.is_void
+    assert len(setting.planner.barred.closed_cells(setting.map.grid))
+    assert not setting.failed()
+
+
+def test_on_its_near_side_the_robot_has_not_come_through_a_gap(setting):
+    for x in np.arange(0.3, 1.05, 0.05):
+        setting.setbacks.trail.note(Pose2(x, 0.35, 0.0))
+    for k in range(TRIES):
+        setting.pursuit.advance(steering(held_up_s=5.0), 5.0 + k)
+        setting.judge(5.0 + k)
+    assert len(setting.planner.barred.closed_cells(setting.map.grid))
 
 
 def test_what_a_gap_kept_the_robot_from_is_not_worth_as_long_a_way_again(setting):
