@@ -19,7 +19,7 @@ from occmap.localization.pose_graph import PoseGraph
 from occmap.localization.slam import SlamLocalizer
 from occmap.mapper import Mapper
 
-MAGIC = b"occmap slam state 6\n"
+MAGIC = b"occmap slam state 7\n"
 
 KNOWN = {
     ("collections", "OrderedDict"),
