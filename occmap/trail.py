@@ -8,6 +8,7 @@ import numpy as np
 
 from occmap.barred import Gap
 from occmap.geometry import Points, Pose2
+from occmap.growing import GrowingArray
 
 SPACING_M = 0.1
 """Places are kept this far apart."""
@@ -21,17 +22,19 @@ class Trail:
     """Places on the robot's way, and what follows from them: where it came in it can get out."""
 
     def __init__(self) -> None:
-        self._places: list[tuple[float, float]] = []
+        self._places = GrowingArray((2,))
+        self._last = (math.inf, math.inf)
 
     @property
     def places_in_map(self) -> Points:
         """(n, 2) places in metres, in the order of the way."""
-        return np.array(self._places, np.float64).reshape(-1, 2)
+        return self._places.rows
 
     def note(self, here: Pose2) -> None:
         """Take in where the robot is, in `map`."""
-        if not self._places or math.dist(self._places[-1], here.position) >= SPACING_M:
+        if math.dist(self._last, here.position) >= SPACING_M:
             self._places.append(here.position)
+            self._last = here.position
 
     def leads_through(self, gap: Gap) -> bool:
         """Whether the robot has been on the far side of a gap, right behind it. O(places)."""
@@ -41,5 +44,6 @@ class Trail:
 
     def carry_over(self, new_map_from_old_map: Pose2) -> None:
         """Follow a correction of the map."""
-        moved = new_map_from_old_map.apply(self.places_in_map)
-        self._places = [(x, y) for x, y in moved.tolist()]
+        if len(self._places):
+            self.places_in_map[:] = new_map_from_old_map.apply(self.places_in_map)
+            self._last = tuple(self.places_in_map[-1].tolist())

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from occmap.geometry import Pose2
+from occmap.growing import GrowingArray
 from occmap.localization.box import Box
-from occmap.localization.growing import GrowingArray
 from occmap.localization.tracked import Tracked
 from occmap.scan import Scan
 

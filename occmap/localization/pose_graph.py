@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from occmap.config_checks import Positive
 from occmap.geometry import Pose2
-from occmap.localization.growing import GrowingArray
+from occmap.growing import GrowingArray
 
 if TYPE_CHECKING:
     from occmap.localization.normal_equations import NormalEquations

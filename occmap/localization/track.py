@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from occmap.geometry import Pose2
-from occmap.localization.growing import GrowingArray
+from occmap.growing import GrowingArray
 from occmap.localization.tracked import Tracked
 
 
