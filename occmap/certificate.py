@@ -85,15 +85,14 @@ def certificate(
     living_map: LivingMap,
     wave: Wavefront,
     body: Body,
-    max_range_m: float,
     *,
     is_early: bool,
 ) -> Sliced[tuple[UnknownLeft, ...]]:
     """`certify` for the live map: collects what `search` could still visit, and the slits left."""
     frontiers, grid, slits = living_map.find_frontiers(), living_map.grid, []
-    unvisited = yield from search.unvisited(frontiers, grid, wave, max_range_m)
+    unvisited = yield from search.unvisited(frontiers, grid, wave)
     if not is_early:
-        slits = yield from search.slits_left(grid, wave, max_range_m)
+        slits = yield from search.slits_left(grid, wave)
     return (
         yield from certify(
             frontiers, grid, wave, search.looks, search.chooser.config, body.radius_m, unvisited,

@@ -121,6 +121,7 @@ class Explorer:
     def _see(self, seen: Observation) -> tuple[Pose2, Observation]:
         """Take an observation in: the pose, and what was seen as seen from that one pose."""
         is_held, is_over = self._thought is not None, self.status is not Status.EXPLORING
+        self.search.chooser.sight_m = min(seen.scan.max_range_m, self.config.sensor_model.usable_range_m)
         percept = self.perception.take_in(seen, self._watch, is_held=is_held, is_over=is_over)
         if percept.new_map_from_old_map is not None:
             self._carry_over(percept.new_map_from_old_map)
@@ -187,7 +188,7 @@ class Explorer:
         )
         if self.mobility.is_hopeless:
             self._events.append(f"stuck: {attempts} manoeuvres did not free it")
-            finish(self._end(Status.STUCK, self._flood(here), seen))
+            finish(self._end(Status.STUCK, self._flood(here)))
         elif self.mobility.attempts > attempts:
             self._events.append(f"the robot does not move: manoeuvre {attempts + 1}")
             if attempts == 0:  # a series counts as one try
@@ -224,7 +225,7 @@ class Explorer:
         """A goal and a path to it; if there is none to be had for a while, end."""
         flood = WideningFlood(self.planner, self.grid, self.map.clearance_m, here)
         found = yield from self.search.run(
-            frontiers, self.grid, flood, self._sight_m(seen), self.navigator.goal, self.navigator.way_left_m
+            frontiers, self.grid, flood, self.navigator.goal, self.navigator.way_left_m
         )
         self.ending.note(found.best is not None, found.wave, self.grid, seen.time_s)
         if found.best is None:
@@ -243,11 +244,11 @@ class Explorer:
         roomy = self.planner.traversable(self.grid, self.map.clearance_m)
         status = self.ending.status(wave, self.grid, roomy, seen.time_s)
         if status is not Status.EXPLORING:
-            yield from self._end(status, wave, seen)
+            yield from self._end(status, wave)
 
-    def _end(self, status: Status, wave: Wavefront, seen: Observation) -> Sliced[None]:
+    def _end(self, status: Status, wave: Wavefront) -> Sliced[None]:
         self.navigator.break_off()
-        unknown_left = yield from self._certified(status, wave, seen)
+        unknown_left = yield from self._certified(status, wave)
         yield self.grid.state.size
         self.status, self._unknown_left = status, unknown_left
         self.map.restore_surfaces()
@@ -257,19 +258,13 @@ class Explorer:
         """Each frontier that remains, and why; can be asked for at any time, also before the end."""
         if self.status is not Status.EXPLORING or self._last is None:
             return self._unknown_left
-        here, seen = self._last
+        here, _ = self._last
         self._thought = None  # its flood is void
-        return finish(self._certified(self.status, self._flood(here), seen))
+        return finish(self._certified(self.status, self._flood(here)))
 
-    def _certified(
-        self, status: Status, wave: Wavefront, seen: Observation
-    ) -> Sliced[tuple[UnknownLeft, ...]]:
+    def _certified(self, status: Status, wave: Wavefront) -> Sliced[tuple[UnknownLeft, ...]]:
         is_early = status in (Status.EXPLORING, Status.STUCK)
-        return certificate(self.search, self.map, wave, self.body, self._sight_m(seen), is_early=is_early)
-
-    def _sight_m(self, seen: Observation) -> float:
-        """How far the robot sees, as far as it makes use of that."""
-        return min(seen.scan.max_range_m, self.config.sensor_model.usable_range_m)
+        return certificate(self.search, self.map, wave, self.body, is_early=is_early)
 
     def _decision(self, here: Pose2, activity: str, twist: Twist2) -> Decision:
         pursuit = self.navigator.pursuit

@@ -60,7 +60,6 @@ class _Query:
     frontiers: Sequence[Frontier]
     grid: OccupancyGrid
     flood: Flood
-    max_range_m: float
     pursued: Goal | None
     way_left_m: float
 
@@ -92,7 +91,6 @@ class GoalSearch:
         frontiers: Sequence[Frontier],
         grid: OccupancyGrid,
         flood: Flood,
-        max_range_m: float,
         pursued: Goal | None = None,
         way_left_m: float = 0.0,
     ) -> Sliced[FoundGoals]:
@@ -101,8 +99,7 @@ class GoalSearch:
         way_left_m: of the path to the goal pursued, if there is one that holds. The flood covers no more
         than it must. Without a goal it is over a flood of all that can be reached.
         """
-        self.chooser.sight_m = max_range_m
-        query = _Query(frontiers, grid, flood, max_range_m, pursued, way_left_m)
+        query = _Query(frontiers, grid, flood, pursued, way_left_m)
         found = yield from self._among_leftovers(query)
         if found is not None:
             return found
@@ -113,10 +110,10 @@ class GoalSearch:
             return FoundGoals(pursued, (pursued,), wave)  # nooks come last, but not once it is nearly there
         if not goals:
             left = list(self._views.worth_a_look(frontiers, grid))
-            goals = yield from self._views.from_afar(left, grid, wave, max_range_m)
+            goals = yield from self._views.from_afar(left, grid, wave)
         if not goals:
             edges = yield from self._nooks.edges(grid)
-            nooks = yield from self._nooks.goals(edges, grid, wave, max_range_m)
+            nooks = yield from self._nooks.goals(edges, grid, wave)
             goals = self._views.worthy(nooks, grid)
             if wave.n_reached > LARGE_CELLS:
                 self._leftovers = Leftovers({id(each): each for each in frontiers}, edges, grid.state)
@@ -139,8 +136,8 @@ class GoalSearch:
             near = near_to(wave.start_in_map, new, bound_m + NEAR_M)
             goals = yield from self._views.from_near(self._views.worth_a_look(near, grid), grid, wave)
             if not goals:
-                mouths = near_to(wave.start_in_map, left.edges, bound_m + query.max_range_m)
-                nooks = yield from self._nooks.goals(mouths, grid, wave, query.max_range_m)
+                mouths = near_to(wave.start_in_map, left.edges, bound_m + self.chooser.sight_m)
+                nooks = yield from self._nooks.goals(mouths, grid, wave)
                 goals = self._views.worthy(nooks, grid)
             if pursued is not None and self._stays_best(bound_m, goals, wave, query.way_left_m):
                 return FoundGoals(pursued, (pursued,), wave)
@@ -149,22 +146,20 @@ class GoalSearch:
         return None
 
     def unvisited(
-        self, frontiers: Sequence[Frontier], grid: OccupancyGrid, wave: Wavefront, max_range_m: float
+        self, frontiers: Sequence[Frontier], grid: OccupancyGrid, wave: Wavefront
     ) -> Sliced[list[Frontier]]:
         """The frontiers that could still be looked into, worth it or not, given a flood of all in reach."""
-        self.chooser.sight_m = max_range_m
         views, found = self._views, []
         for frontier, failed in views.worth_a_look(frontiers, grid):
             has_place = views.has_place(frontier, failed, grid, wave)
-            if has_place or views.is_seen_from_afar(frontier, failed, grid, wave, max_range_m):
+            if has_place or views.is_seen_from_afar(frontier, failed, grid, wave):
                 found.append(frontier)
             yield LOOK_CELLS + self.chooser.spent()
         return found
 
-    def slits_left(self, grid: OccupancyGrid, wave: Wavefront, max_range_m: float) -> Sliced[list[Frontier]]:
+    def slits_left(self, grid: OccupancyGrid, wave: Wavefront) -> Sliced[list[Frontier]]:
         """The mouths of slits along walls that nobody has looked into: not worth the way, or too narrow."""
-        self.chooser.sight_m = max_range_m
-        return self._nooks.slits(grid, wave, max_range_m)
+        return self._nooks.slits(grid, wave)
 
     def _prefer(self, goals: Sequence[Goal], pursued: Goal | None) -> Goal | None:
         """The best goal, but for hysteresis."""

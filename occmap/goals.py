@@ -104,7 +104,7 @@ class GoalChooser:
         self._kernels = goals_kernels
         self._looked_at_cells = 0
         self.sight_m = math.inf
-        """How far the lidar sees: nothing is looked at from farther, whatever the config says."""
+        """How far the robot sees, to be set before anything is sought: nothing is looked at from farther."""
 
     def spent(self) -> int:
         """Cost of seeking viewpoints since this was asked last: see slices.Sliced."""

@@ -51,10 +51,10 @@ class Nooks:
         """Every edge of the unknown long enough for a nook; the frontier map leaves walls' rims out."""
         return self._edges(grid, self._least_m(grid))
 
-    def slits(self, grid: OccupancyGrid, wave: Wavefront, max_range_m: float) -> Sliced[list[Frontier]]:
+    def slits(self, grid: OccupancyGrid, wave: Wavefront) -> Sliced[list[Frontier]]:
         """The mouths of nooks not looked into, and narrow ones that cracks look like."""
         edges = yield from self._edges(grid, 0.0)
-        nooks = [goal.frontier for goal in (yield from self.goals(edges, grid, wave, max_range_m))]
+        nooks = [goal.frontier for goal in (yield from self.goals(edges, grid, wave))]
         told = {id(mouth.cells) for mouth in nooks}
         others = [edge for edge in edges if id(edge.cells) not in told and _is_beside(edge, grid, wave)]
         return nooks + [edge for edge in others if self._is_crack(edge, grid)]
@@ -69,14 +69,12 @@ class Nooks:
         edges = every_edge.clusters(grid, least_m)
         return edges if self._boundary is None else self._boundary.split(edges, grid)[0]
 
-    def goals(
-        self, edges: Iterable[Frontier], grid: OccupancyGrid, wave: Wavefront, max_range_m: float
-    ) -> Sliced[list[Goal]]:
+    def goals(self, edges: Iterable[Frontier], grid: OccupancyGrid, wave: Wavefront) -> Sliced[list[Goal]]:
         """A look into each of those edges that is a nook, from within half the lidar's range, or a gap."""
         found: list[Goal] = []
         for edge in edges:
             if not self._looks.at(edge, grid):
-                goal = self.goal_into(edge, grid, wave, 0.5 * max_range_m)
+                goal = self.goal_into(edge, grid, wave, 0.5 * self._chooser.sight_m)
                 goal = goal or self._goal_into_gap(edge, grid, wave)
                 if goal is not None:
                     found.append(goal)

@@ -100,10 +100,9 @@ class Views:
         frontiers: Sequence[tuple[Frontier, int]],
         grid: OccupancyGrid,
         wave: Wavefront,
-        max_range_m: float,
     ) -> Sliced[list[Goal]]:
         """Goals to be seen from afar that are worth the way: from as near as there are any."""
-        for from_m in self._afar_m(max_range_m):
+        for from_m in self._afar_m():
             found: list[Goal | None] = []
             for frontier, failed in frontiers:
                 found.append(self._from_afar(frontier, failed, grid, wave, from_m))
@@ -113,14 +112,15 @@ class Views:
         return []
 
     def is_seen_from_afar(
-        self, frontier: Frontier, failed: int, grid: OccupancyGrid, wave: Wavefront, max_range_m: float
+        self, frontier: Frontier, failed: int, grid: OccupancyGrid, wave: Wavefront
     ) -> bool:
         """Whether there is a place to see a frontier from, worth the way or not."""
-        places_m = self._afar_m(max_range_m)
+        places_m = self._afar_m()
         return any(self._from_afar(frontier, failed, grid, wave, from_m) is not None for from_m in places_m)
 
-    def _afar_m(self, max_range_m: float) -> tuple[float, float, float]:
-        return self._chooser.config.look_from_m[0], 0.5 * max_range_m, max_range_m
+    def _afar_m(self) -> tuple[float, float, float]:
+        sight_m = self._chooser.sight_m
+        return self._chooser.config.look_from_m[0], 0.5 * sight_m, sight_m
 
     def _from_afar(
         self, frontier: Frontier, failed: int, grid: OccupancyGrid, wave: Wavefront, from_m: float

@@ -25,6 +25,7 @@ class Searching(Scene):
         super().__init__(picture, start, **options)
         self.looks = FailedLooks()
         self.search = GoalSearch(self.chooser, self.looks)
+        self.chooser.sight_m = MAX_RANGE_M
         self.bounds_m = []
 
     def flood_within(self, bound_m):
@@ -35,13 +36,13 @@ class Searching(Scene):
     def run(self, pursued=None, way_left_m=0.0):
         self.bounds_m = []
         flood = self.flood_within
-        return finish(self.search.run(self.frontiers, self.grid, flood, MAX_RANGE_M, pursued, way_left_m))
+        return finish(self.search.run(self.frontiers, self.grid, flood, pursued, way_left_m))
 
     def unvisited(self, wave):
-        return finish(self.search.unvisited(self.frontiers, self.grid, wave, MAX_RANGE_M))
+        return finish(self.search.unvisited(self.frontiers, self.grid, wave))
 
     def slits_left(self):
-        return finish(self.search.slits_left(self.grid, self.flood(), MAX_RANGE_M))
+        return finish(self.search.slits_left(self.grid, self.flood()))
 
     def fail(self, goal, times=1):
         for _ in range(times):
