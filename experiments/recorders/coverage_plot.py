@@ -15,6 +15,9 @@ if TYPE_CHECKING:
     from experiments.curves import Sample, ScoreCurve
     from experiments.episode import Step
 
+HEADROOM = 1.15
+"""Of a panel's height, for the legend above its curves."""
+
 
 class CoveragePlot:
     """Draws the run's curves when it has ended."""
@@ -96,8 +99,8 @@ def draw_distances(axes: Axes, samples: Sequence[Sample]) -> None:
     )
     line(axes, samples, lambda s: 100.0 * s.position_error_m, palette.GOAL, "robot")
     axes.set(title="position error", ylabel="distance (cm)")
-    axes.set_ylim(bottom=0.0)
-    axes.legend(frameon=False, fontsize=9)
+    axes.set_ylim(0.0, HEADROOM * axes.get_ylim()[1])
+    axes.legend(frameon=False, fontsize=9, loc="upper center", ncols=3)
 
 
 def line(
