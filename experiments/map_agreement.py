@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
-from experiments.scoring import near
 from occmap.grid import Belief
 from occmap.map_server import NavMap
+from sim.truth import grown
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ def map_agreement(judged: NavMap, reference: NavMap) -> MapAgreement:
     if not (at[0].size and wall.any()):
         return MapAgreement(len(ix), at[0].size, 0.0 if at[0].size else None, None, None)
     off_m = reference.resolution_m * _distance_to(wall)[at]
-    share = float(near(wall)[at].mean())
+    share = float(grown(wall)[at].mean())
     return MapAgreement(len(ix), at[0].size, share, float(off_m.mean()), float(np.percentile(off_m, 95)))
 
 

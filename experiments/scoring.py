@@ -26,7 +26,7 @@ from scipy import ndimage
 
 from occmap.geometry import Pose2
 from occmap.grid import Belief, GridFrame, OccupancyGrid
-from sim.truth import Mask, TruthGrid, rim, surface
+from sim.truth import Mask, TruthGrid, grown, rim, surface
 
 BLOCK_CELLS = 1 << 16
 """A building may have millions of cells: so many are looked up at a time, for the memory that takes."""
@@ -65,7 +65,7 @@ class Scorer:
             raise ValueError(f"nothing can be explored from {world_from_map}: no free cell is in sight")
         self._rim = explorable & rim(truth.wall)
         self._surface = surface(truth.wall, explorable)
-        self._is_read = near(near(explorable))
+        self._is_read = grown(grown(explorable))
         self._lattice_cells = self._cells_read()
         self._cells_to_wall = np.asarray(ndimage.distance_transform_edt(~truth.wall), np.float32)
 
@@ -107,7 +107,7 @@ class Scorer:
         """All figures of one map."""
         belief = self.belief(grid)
         free, occupied = belief == Belief.FREE, belief == Belief.OCCUPIED
-        near_occupied = near(occupied)
+        near_occupied = grown(occupied)
         explored = count(self.explorable & (free | (self._rim & occupied)))
         known = count(self.explorable & (free | occupied))
         missed = self._surface & ~near_occupied
@@ -136,19 +136,6 @@ class Scorer:
         beyond = np.hypot(*(cells - nearest).T)  # of a cell outside of the truth grid
         error_m = (self._cells_to_wall[nearest[:, 1], nearest[:, 0]] + beyond) * self.truth.resolution_m
         return float(error_m.mean()), float(np.percentile(error_m, 95))
-
-
-def near(mask: Mask) -> Mask:
-    """Cells of the mask and their 8 neighbours."""
-    return _spread(_spread(mask, axis=0), axis=1)
-
-
-def _spread(mask: Mask, axis: int) -> Mask:
-    out = mask.copy()
-    rows, spread = np.moveaxis(mask, axis, 0), np.moveaxis(out, axis, 0)
-    spread[1:] |= rows[:-1]
-    spread[:-1] |= rows[1:]
-    return out
 
 
 def count(mask: Mask) -> int:

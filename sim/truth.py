@@ -41,8 +41,16 @@ def connected_parts(mask: Mask) -> NDArray[np.int32]:
 
 
 def grown(mask: Mask) -> Mask:
-    """The mask and its 8-neighbours."""
-    return np.asarray(ndimage.binary_dilation(mask, np.ones((3, 3), bool)), bool)
+    """Cells of the mask and their 8 neighbours."""
+    return _spread(_spread(mask, axis=0), axis=1)
+
+
+def _spread(mask: Mask, axis: int) -> Mask:
+    out = mask.copy()
+    rows, spread = np.moveaxis(mask, axis, 0), np.moveaxis(out, axis, 0)
+    spread[1:] |= rows[:-1]
+    spread[:-1] |= rows[1:]
+    return out
 
 
 def clearance_m(wall: Mask, resolution_m: float) -> NDArray[np.float64]:

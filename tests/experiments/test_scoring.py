@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from experiments import scoring
-from experiments.scoring import Scorer, near
+from experiments.scoring import Scorer
 from occmap.geometry import Pose2
 from occmap.grid import Belief, GridConfig, OccupancyGrid
 from sim.truth import TruthGrid
@@ -84,11 +84,3 @@ def test_a_shifted_map_shows_in_the_wall_error():
     shifted = np.roll(perfect(room()), 2, axis=1)
     score = scorer(room()).score(map_of(shifted))
     assert score.wall_error_p95_m == pytest.approx(2 * RESOLUTION_M)
-
-
-def test_neighbourhoods():
-    dot = np.zeros((5, 5), bool)
-    dot[2, 2] = True
-    assert near(dot).sum() == 9
-    dot[2, 2], dot[0, 0] = False, True
-    assert near(dot).sum() == 4

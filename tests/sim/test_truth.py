@@ -18,6 +18,7 @@ from sim.truth import (
     TruthGrid,
     building_summary,
     explorable,
+    grown,
     reachable,
     rim,
     surface,
@@ -37,6 +38,18 @@ def drawn(text: str, resolution_m: float = 0.1) -> TruthGrid:
 def at(truth: TruthGrid, ix: int, iy: int) -> Pose2:
     x_m, y_m = truth.world_from_cell(np.array([[ix, iy]]))[0]
     return Pose2(float(x_m), float(y_m), 0.0)
+
+
+def test_a_mask_grows_by_its_eight_neighbours() -> None:
+    mask = ascii_map("""#....
+                        .....
+                        ...#.
+                        .....""")
+    by_one = ascii_map("""##...
+                          #####
+                          ..###
+                          ..###""")
+    np.testing.assert_array_equal(grown(mask == "#"), by_one == "#")
 
 
 def line(x0: int, y0: int, x1: int, y1: int) -> list[tuple[int, int]]:
