@@ -12,8 +12,7 @@ from occmap.boundary import Boundary
 from occmap.frontiers import Frontier, near_to
 from occmap.geometry import Pose2
 from occmap.goals import SAME_GOAL_M, Goal, GoalChooser, best_of
-from occmap.hopeless import Hopeless
-from occmap.leftovers import Leftovers
+from occmap.hopeless import Hopeless, Leftovers
 from occmap.looked_at import LookedAt
 from occmap.memory import FailedLooks
 from occmap.nooks import Nooks
