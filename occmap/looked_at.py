@@ -8,7 +8,7 @@ from occmap.frontiers import Frontier
 from occmap.geometry import Pose2
 from occmap.goals import Goal
 from occmap.grid import OccupancyGrid
-from occmap.memory import Look, carried, known_around, looked_at, still_there
+from occmap.memory import Look, carried, known_around, look_fields, still_there
 
 SAME_LOOK_M = 1.0
 """A look shows what is around its frontier: what it leaves, and what noise opens later, lies so near."""
@@ -49,7 +49,7 @@ class LookedAt:
             is_in_vain = shown_cells * grid.frame.resolution_m**2 < SHOWN_M2
             self.in_vain, self._trip = (self.in_vain + 1 if is_in_vain else 0), None
         for watched in (goal.watched_in_map, *goal.also_watched_in_map):
-            self._looks.append(CompletedLook(*looked_at(watched, grid), goal.is_nook))
+            self._looks.append(CompletedLook(*look_fields(watched, grid), goal.is_nook))
 
     def times(self, frontier: Frontier, grid: OccupancyGrid, *, is_nook: bool = False) -> int:
         """How many looks were had where a frontier lies; of a nook, looks into nooks. O(looks)."""

@@ -59,7 +59,7 @@ class FailedLooks:
     def note(self, goal: Goal, reason: Reason, why: str, grid: OccupancyGrid) -> None:
         """Remember a look in vain."""
         for watched in (goal.watched_in_map, *goal.also_watched_in_map):
-            self._looks.append(FailedLook(*looked_at(watched, grid), reason, why))
+            self._looks.append(FailedLook(*look_fields(watched, grid), reason, why))
 
     def at(self, frontier: Frontier, grid: OccupancyGrid) -> list[FailedLook]:
         """The looks that failed here and still count, oldest first."""
@@ -84,7 +84,7 @@ def still_there(looks: Sequence[L], frontier: Frontier, within_m: float, grid: O
     ]
 
 
-def looked_at(watched: Points, grid: OccupancyGrid) -> tuple[tuple[float, float], tuple[float, float], int]:
+def look_fields(watched: Points, grid: OccupancyGrid) -> tuple[tuple[float, float], tuple[float, float], int]:
     """Fields of a Look, from the places (n, 2) that stand for its frontier."""
     x_m, y_m = watched.mean(axis=0).tolist()
     place = nearest(watched, (x_m, y_m))
@@ -170,9 +170,9 @@ class ReachMemory:
         old_frame = GridFrame(r, (self._offset[0] * r, self._offset[1] * r))
         first = new_map_from_old_map.apply(np.array([old_frame.centre_of(0, 0)]))
         (x0, y0), yaw = grid.frame.in_cells(first)[0].tolist(), new_map_from_old_map.yaw_rad
-        carried = np.zeros(grid.shape, np.uint8)
-        carry(self._reached, carried, math.cos(yaw), math.sin(yaw), x0, y0)
-        self._reached = carried
+        reached = np.zeros(grid.shape, np.uint8)
+        carry(self._reached, reached, math.cos(yaw), math.sin(yaw), x0, y0)
+        self._reached = reached
         self._offset = grid.offset
 
     def _align(self, grid: OccupancyGrid) -> None:
