@@ -7,11 +7,11 @@ import math
 import numpy as np
 import pytest
 
-from occmap.boundary import Boundary, are_within, polygon
+from occmap.boundary import BAND_M, Boundary, are_within, polygon
 from occmap.decision import Reason, Status
 from occmap.explorer import ExplorerConfig
 from occmap.geometry import Pose2
-from occmap.grid import Belief
+from occmap.grid import Belief, GridConfig, OccupancyGrid
 from occmap.planner import Planner
 from tests.occmap.explored_worlds import FLAT, exploring
 from tests.occmap.goal_scenes import NO_MARGINS, SMALL_BODY, Scene
@@ -82,6 +82,18 @@ def test_no_way_leads_across(turn_rad):
     iy, ix = np.nonzero(cost < below)
     assert 10 < len(ix) < np.count_nonzero(scene.grid.state == Belief.FREE)
     assert are_within(boundary.corners, scene.grid.frame.map_from_cell(np.column_stack((ix, iy)))).all()
+
+
+@pytest.mark.parametrize("corners", [SQUARE, SQUARE[::-1]])
+def test_the_closed_band_lies_on_the_outer_side(corners):
+    """Floor within is lost to it by no more than a cell."""
+    grid = OccupancyGrid(GridConfig(resolution_m=0.05))
+    grid.grow_to_contain((-2.0, -2.0), (3.0, 3.0))
+    iy, ix = np.divmod(Boundary(corners).closed_cells(grid), grid.shape[1])
+    x_m, y_m = grid.frame.map_from_cell(np.column_stack((ix, iy))).T
+    beyond_m = np.maximum(np.abs(x_m - 0.5), np.abs(y_m - 0.5)) - 1.5  # of the square's sides
+    assert beyond_m.min() > -0.05
+    assert BAND_M - 0.05 < beyond_m.max() < BAND_M + 0.05
 
 
 def test_a_frontier_that_the_boundary_cuts_is_cut():

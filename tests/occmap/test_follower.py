@@ -124,6 +124,20 @@ def test_it_backs_out_of_inflation():
     assert world.least_clearance_m > 0.06
 
 
+def test_it_brakes_for_the_end_of_its_path():
+    """In the open nothing else slows it down; what it arrives with, it stops from within the last 8 cm."""
+    world, mind = mind_in(room(8.0, 4.0), Pose2(1.0, 2.0, 0.0))
+    path = straight(mind, (1.0, 2.0), (5.0, 2.0))
+    steering, fastest_mps = follow(mind, path), 0.0
+    while not steering.arrived:
+        world.step(steering.twist)
+        fastest_mps = max(fastest_mps, world.twist.linear_mps)
+        steering = follow(mind, path)
+        assert world.time_s < 20.0
+    assert fastest_mps > 0.45
+    assert world.twist.linear_mps < 0.35
+
+
 def test_it_turns_in_place_when_the_path_begins_behind_it():
     world, mind = mind_in(room(6.0, 4.0), Pose2(2.0, 2.0, math.pi))
     mind.look()

@@ -37,7 +37,7 @@ ONE_LONG_WAY_AND_ONE_SHORT = """
 
 
 def test_a_tour_takes_the_short_end_of_a_corridor_first():
-    """The nearest is the same here; what is not is the way back, which a tour counts."""
+    """The nearest is the same here."""
     scene = scene_of(ONE_LONG_WAY_AND_ONE_SHORT, (15, 2))
     (first, second) = stops(scene)
     assert first[0][0] < 1.0
@@ -56,6 +56,17 @@ def test_what_is_nearest_is_not_first_if_it_lies_on_the_way_to_the_rest():
     """The niche is 3.5 m to the right, the short end 4 m to the left; the long end beyond the niche."""
     scene = scene_of(A_NICHE_ON_THE_LONG_SIDE, (8, 2))
     assert [round(places[0][0]) for places in stops(scene)] == [1, 8, 15]
+
+
+def test_the_way_back_from_its_end_counts():
+    """From the upper left of a hall: down and across is the shorter way, but it ends as far off as can be."""
+    rows = [list("#" + 42 * "." + "#") for _ in range(30)]
+    rows[0], rows[-1] = list(44 * "#"), list(44 * "#")
+    rows[0][15] = rows[4][-1] = rows[-5][0] = "?"
+    scene = scene_of("\n".join("".join(row) for row in rows), (7, 25))
+    for share, is_down_first in ((0.0, True), (0.8, False)):
+        ((_, y_m),), *_ = stops(scene, TourConfig(return_share=share))
+        assert (y_m < 3.0) == is_down_first
 
 
 @pytest.mark.parametrize(
