@@ -19,14 +19,12 @@ Corners = Sequence[tuple[float, float]]
 BAND_M = 0.3
 """No way leads across a closed band this wide along the outer side, not even for a robot that was pushed into
 it."""
-
-
 TOUCHING_M = 1e-9
 """A side that ends this near to another touches it: one corner may stand on a side, crossing is a mistake."""
 
 
 def polygon(corners: Corners) -> Points:
-    """(n, 2) the corners, counter-clockwise. ValueError if they enclose nothing, or its sides cross."""
+    """(n, 2) the corners, counter-clockwise. ValueError if they enclose nothing, or sides cross."""
     points = np.array(corners, np.float64).reshape(-1, 2)
     if len(points) < 3 or not np.isfinite(points).all():
         raise ValueError(f"a boundary needs at least three corners, finite, got {tuple(corners)}")

@@ -166,7 +166,7 @@ def _only_glimpsed(grid: OccupancyGrid) -> Sliced[list[UnknownLeft]]:
 
 
 def _distance_m(frontier: Frontier, grid: OccupancyGrid, reached: NDArray[np.bool_]) -> float:
-    """Metres from a frontier to where the body can be; inf beyond FAR_M."""
+    """Metres from a frontier to where the body can be; inf if nowhere within FAR_M along both axes."""
     reach = round(FAR_M / grid.frame.resolution_m)
     low = np.maximum(frontier.cells.min(axis=0) - reach, 0)
     high = frontier.cells.max(axis=0) + reach + 1

@@ -113,8 +113,7 @@ class Mapper:
 
     def _beams_in_order(self, scan: Scan) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Bearings, ascending, and ranges: neighbours must be neighbours."""
-        bearings_rad = np.ascontiguousarray(scan.bearings_rad, np.float64)
-        ranges_m = np.ascontiguousarray(scan.ranges_m, np.float64)
+        bearings_rad, ranges_m = scan.bearings_rad, scan.ranges_m
         if bearings_rad is self._in_order:  # most lidars hand out the same bearings every time
             return bearings_rad, ranges_m
         if (bearings_rad[1:] < bearings_rad[:-1]).any():

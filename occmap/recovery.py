@@ -18,6 +18,8 @@ CONE_RAD = math.radians(30.0)
 """What lies within this of straight ahead, or straight behind, is in the way."""
 STEP_M = 0.1
 """So far the map is asked for room."""
+LONGER_SHARE = 0.5
+"""Of the first manoeuvre's legs, by which every second one's are longer."""
 
 MapClearance = Callable[[float], float]
 """Metres ahead of the robot -> how far the map's nearest obstacle is from there, 0 outside of the map."""
@@ -28,7 +30,7 @@ class RecoveryConfig(Positive):
     """Backing off and turning, a few times, before the robot calls itself stuck."""
 
     attempts: int = 6
-    """Manoeuvres tried, each a little longer than the last, before giving up."""
+    """Manoeuvres tried, every second one longer than those before, until the robot gives up."""
     speed_mps: float = 0.15
     """Slow: whatever holds the robot may be let go at once."""
     turn_radps: float = 0.8
@@ -65,7 +67,7 @@ class Recovery:
         """Plan the next manoeuvre, given what was commanded when nothing moved."""
         c, now_s = self.config, seen.time_s
         self.attempts += 1
-        leg_s = c.leg_s * (1.0 + 0.5 * (self.attempts // 2))
+        leg_s = c.leg_s * (1.0 + LONGER_SHARE * (self.attempts // 2))
         away = -1.0 if commanded.linear_mps >= 0.0 else 1.0
         side = 1.0 if self.attempts % 2 else -1.0
         self._legs = (

@@ -77,12 +77,12 @@ def vote(r_m: float, z_m: float, z_max_m: float, alpha_m: float) -> int:
     Plain Python, so that tests read it; the kernels compile this very function.
     """
     if z_m >= z_max_m:
-        return -1 if r_m <= z_max_m else 0  # nothing returned: free all the way, unknown beyond
+        return MISS if r_m <= z_max_m else SILENT  # nothing returned: free all the way, unknown beyond
     if r_m < z_m - alpha_m:
-        return -1
+        return MISS
     if abs(r_m - z_m) <= alpha_m:
-        return 1
-    return 0
+        return HIT
+    return SILENT
 
 
 def inverse_sensor_model(

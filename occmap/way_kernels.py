@@ -22,6 +22,8 @@ EVEN_M = 1e-3
 """A way whose rooms to the left and right differ by no more lies in the middle."""
 SLOW_BEFORE_M = 0.5
 """What is near the way slows the robot down from so far before it."""
+AT_HAND_SAMPLES = 2
+"""The first of the way: to brake on these it is too late."""
 OFF_LINE_M, OFF_LINE_RAD = 0.12, 0.6
 """A robot so far beside the line through a gap, or so much across it, is not lined up with it at all."""
 
@@ -165,7 +167,7 @@ def speed_limit(way, room, spacing_m, top, slow, near_m, roomy_m, turn_radps, br
             angle = abs(math.atan2(ax * by - ay * bx, ax * bx + ay * by))
             if angle > STRAIGHT_RAD:
                 here = min(here, max(slow, turn_radps * half * spacing_m / angle))
-        limit = min(limit, math.sqrt(here * here + 2.0 * brake * max(j - 2, 0) * spacing_m))
+        limit = min(limit, math.sqrt(here * here + 2.0 * brake * max(j - AT_HAND_SAMPLES, 0) * spacing_m))
     return limit
 
 

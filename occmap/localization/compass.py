@@ -15,6 +15,11 @@ from occmap.localization.pose_graph import Loss, PoseGraph
 from occmap.localization.submap import Submap
 
 QUARTER = 0.5 * math.pi
+SEARCHES = ((0.5 * QUARTER, 0.0044, 2.0), (0.018, 0.0009, 1.0))
+"""How far to seek the sharpest lines, in what steps, and in cells how wide. A quarter of a degree turns the
+end of a wall of 10 m by two cells; where lines lie close together, it finds them up to a degree off."""
+ITERATIONS = 4
+"""Of the straightening: walls join in as it turns."""
 
 
 @dataclass(frozen=True)
@@ -161,13 +166,6 @@ class Compass:
         if share < c.least_share:
             return None
         return Direction(yaw, math.hypot(c.off_m / math.sqrt(inertia), c.floor_rad))
-
-
-SEARCHES = ((0.5 * QUARTER, 0.0044, 2.0), (0.018, 0.0009, 1.0))
-"""How far to seek the sharpest lines, in what steps, and in cells how wide. A quarter of a degree turns the
-end of a wall of 10 m by two cells; where lines lie close together, it finds them up to a degree off."""
-ITERATIONS = 4
-"""Of the straightening: walls join in as it turns."""
 
 
 def _within_quarter(turn_rad: float) -> float:

@@ -40,7 +40,6 @@ class CandidateConfig(Positive):
     common_share: float = 0.15
     """Of the errors from submap to submap, that all have in common (a lidar that sits askew, a wheel that is
     too small): these do not average out over a long way, they add up."""
-
     compass_rad: float = 0.01
     """Standard deviation of a heading that the compass knows, wherever it is: walls run a little askew."""
 

@@ -10,10 +10,22 @@ from numpy.typing import NDArray
 
 from occmap.config_checks import Positive
 from occmap.geometry import Points, Pose2
+from occmap.localization.likelihood_pyramid import HIGHEST
 from occmap.localization.motion import Prediction
 from occmap.localization.submap import Submap
 from occmap.localization.surfel_map import Cloud
 from occmap.localization.window import Window
+
+COARSE = 2.0
+"""A search through a wide window does with points, and turns, so many times as far apart."""
+LET_GO_CHI2 = 9.0
+"""Where the search ends up so far off the prediction, that weighs a quarter in the refinement."""
+SECOND_PRIOR_SHARE = 0.01
+"""Of the prediction's weight, what is left of it at a second look: it has been wrong once."""
+HELD = 1e12
+"""Information that no scan can outweigh."""
+NEAREST_M, FARTHEST_M = 1.0, 15.0
+"""Within these, the farthest point decides how finely turns are searched."""
 
 
 @dataclass(frozen=True)
@@ -111,7 +123,7 @@ class Matcher:
                 expected, self.refine(cloud, submap, turned, guess, prior), key=lambda match: match.fit
             )
         # a search that went elsewhere has caught the wheels lying: Cauchy-like, let go of them
-        prior = prior / (1.0 + surprise / 9.0) ** 2
+        prior = prior / (1.0 + surprise / LET_GO_CHI2) ** 2
         match = self._unstrayed(cloud, submap, start, guess, prior)
         if surprise > self.config.surprising and match.fit < expected.fit + self._gain(surprise, cloud):
             match = expected
@@ -153,22 +165,22 @@ class Matcher:
         c = self.config
         reach_m = min(c.second_look_m, prediction.most_m)
         reach_rad = min(c.second_look_rad, prediction.most_rad)
-        apart = self.thinned(cloud.points, 2.0 * c.spacing_m)
+        apart = self.thinned(cloud.points, COARSE * c.spacing_m)
         if len(apart) == 0:
             return first
-        turn_step = angle_step(apart, 2.0 * submap.raster.cell_m)
+        turn_step = angle_step(apart, COARSE * submap.raster.cell_m)
         found, _ = self.search(apart, submap, Window(guess, reach_m, reach_rad, turn_step))
-        second = self.refine(cloud, submap, found, guess, 0.01 * prior)
+        second = self.refine(cloud, submap, found, guess, SECOND_PRIOR_SHARE * prior)
         gain = max(c.second_gain, c.second_gain_sigmas * by_chance(cloud))
         return second if second.fit > first.fit + gain else first
 
     def has_rival(self, cloud: Cloud, submap: Submap, match: Match, prediction: Prediction) -> bool:
         """Whether the cloud fits nearly as well elsewhere in the window of a prediction."""
         c, found = self.config, match.submap_from_robot
-        apart = self.thinned(cloud.points, 2.0 * c.spacing_m)
+        apart = self.thinned(cloud.points, COARSE * c.spacing_m)
         if len(apart) == 0:
             return True
-        step = angle_step(apart, 2.0 * submap.raster.cell_m)
+        step = angle_step(apart, COARSE * submap.raster.cell_m)
         _, score = self.search(apart, submap, Window(found, c.rival_m, step, step))
         nearly = c.rival_share * score
         wide = Window(found, prediction.window_m, prediction.window_rad, step, nearly, found, c.rival_m)
@@ -197,8 +209,8 @@ class Matcher:
         """
         from occmap.localization import search_kernels
 
-        raster, guess, whole = submap.raster, window.guess, 255.0 * len(points)
-        few = 255.0 * max(len(points), self.config.many_points)
+        raster, guess, whole = submap.raster, window.guess, HIGHEST * len(points)
+        few = HIGHEST * max(len(points), self.config.many_points)
         turn, x, y, score = search_kernels.search(
             raster.buffer,
             raster.starts,
@@ -244,10 +256,6 @@ class Matcher:
         )
 
 
-HELD = 1e12
-"""Information that no scan can outweigh."""
-
-
 def by_chance(cloud: Cloud) -> float:
     """Standard deviation of the share of a cloud's points that lie on the map, at most."""
     return math.sqrt(0.25 / max(len(cloud.points), 1))
@@ -256,7 +264,7 @@ def by_chance(cloud: Cloud) -> float:
 def angle_step(points: Points, cell_m: float) -> float:
     """The turn that moves the farthest point by about a cell; far stragglers do not count."""
     reach = float(np.sqrt((points * points).sum(axis=1).max()))
-    return cell_m / min(max(reach, 1.0), 15.0)
+    return cell_m / min(max(reach, NEAREST_M), FARTHEST_M)
 
 
 def axes(yaw_rad: float) -> NDArray[np.float64]:

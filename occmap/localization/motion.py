@@ -12,6 +12,10 @@ from occmap.scan import Observation
 
 DEAF_SIGMAS = 3.0
 """A step by more standard deviations than this, while odometry stands, says that there is none."""
+SIGMAS = 3.0
+"""A search looks so many standard deviations to every side, if its window may be as wide."""
+MOST_SIGMAS = 10.0
+"""By so many at most a single step counts as off, however wrong it was."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +51,8 @@ class MotionConfig(Positive):
     blind_sigma_rad: float = 0.10
     """The same, of its turn."""
     blind_mps2: float = 0.5
-    """It grows with the square of the time between scans: robots speed up and slow down."""
+    """It grows with the square of the time between scans: robots speed up and slow down. That of the turn,
+    too, by as many rad/s^2."""
     pause_s: float = 2.0
     """After so long without a scan, the way that was driven need not be the straight step of odometry."""
     pause_mps: float = 0.3
@@ -100,8 +105,8 @@ class Distrust:
     mean_square: float = 1.0
 
     def learn(self, sigmas: float, memory: int) -> None:
-        """One more step was off by so many; outliers count as ten."""
-        self.mean_square += (min(sigmas * sigmas, 100.0) - self.mean_square) / memory
+        """Take in that one more step was off by so many."""
+        self.mean_square += (min(sigmas * sigmas, MOST_SIGMAS**2) - self.mean_square) / memory
 
     def factor(self, most: float) -> float:
         """What to multiply standard deviations by: never less than 1."""
@@ -167,10 +172,10 @@ class MotionModel:
         if self.step_s > c.pause_s:
             driven_m = c.pause_mps * self.step_s
             sigma_m, sigma_rad = c.blind_sigma_m + driven_m, min(c.blind_sigma_rad + driven_m, math.pi)
-            window_m, window_rad = min(3.0 * sigma_m, c.gap_window_m), min(3.0 * sigma_rad, math.pi)
+            window_m, window_rad = min(SIGMAS * sigma_m, c.gap_window_m), min(SIGMAS * sigma_rad, math.pi)
             return Prediction(Pose2.identity(), sigma_m, sigma_rad, window_m, window_rad, is_gap=True)
         sigma_m, sigma_rad = c.blind_sigma_m, c.blind_sigma_rad
-        return Prediction(self._last_step, sigma_m, sigma_rad, 3.0 * sigma_m, 3.0 * sigma_rad)
+        return Prediction(self._last_step, sigma_m, sigma_rad, SIGMAS * sigma_m, SIGMAS * sigma_rad)
 
     def _by_wheels(self, step: Pose2) -> Prediction:
         """What the wheels say, believed as far as they have earned it."""
@@ -183,15 +188,15 @@ class MotionModel:
         sigma_rad = c.sigma_rad + c.sigma_rad_per_rad * turn + c.sigma_rad_per_m * metres / root
         self._expected = step, sigma_m, sigma_rad
         step, sigma_m, sigma_rad = self._distrusted(step, sigma_m, sigma_rad, root)
-        is_gap = 3.0 * sigma_m > c.max_window_m
-        window_m = max(c.window_m + c.window_m_per_m * metres, 3.0 * sigma_m)
+        is_gap = SIGMAS * sigma_m > c.max_window_m
+        window_m = max(c.window_m + c.window_m_per_m * metres, SIGMAS * sigma_m)
         window_rad = c.window_rad + c.window_rad_per_rad * turn + c.window_rad_per_m * metres
         return Prediction(
             step,
             sigma_m,
             sigma_rad,
             min(window_m, c.gap_window_m if is_gap else c.max_window_m),
-            min(max(window_rad, 3.0 * sigma_rad), c.max_window_rad),
+            min(max(window_rad, SIGMAS * sigma_rad), c.max_window_rad),
             is_gap,
         )
 
