@@ -162,7 +162,7 @@ def test_a_body_wider_than_the_clearances_that_others_ask_for_explores_too():
 
 def test_clocks_may_be_set_back():
     cell = exploring(CELL)
-    cell.run(3.0)
+    assert cell.run(1.0).status is Status.EXPLORING
     ahead = cell.observe
     cell.observe = lambda: replace(ahead(), time_s=ahead().time_s - 1000.0)
     assert cell.run(60.0).status is Status.COMPLETE

@@ -54,6 +54,9 @@ class Setting:
     def judge(self, now_s):
         return self.setbacks.judge(self.pursuit, HERE, self.map, now_s) or ""
 
+    def comes_by(self, place):
+        assert self.setbacks.judge(self.pursuit, place, self.map, 0.0) is None
+
     def failed(self):
         return [look.reason for look in self.looks._looks]
 
@@ -114,7 +117,7 @@ def test_a_gap_that_the_robot_came_through_is_not_closed_soon(setting, correctio
     """It would shut the robot in where it cannot stay: what let it in will let it out."""
     for x in np.arange(2.0, 0.9, -0.05):
         moved = Pose2(x, 0.35, math.pi)
-        setting.setbacks.trail.note(moved if correction is None else correction.inverse() @ moved)
+        setting.comes_by(moved if correction is None else correction.inverse() @ moved)
     if correction is not None:
         setting.setbacks.carry_over(correction, 0.0)
     for k in range(TRIES_WHERE_PASSED):
@@ -129,7 +132,7 @@ def test_a_gap_that_the_robot_came_through_is_not_closed_soon(setting, correctio
 
 def test_on_its_near_side_the_robot_has_not_come_through_a_gap(setting):
     for x in np.arange(0.3, 1.05, 0.05):
-        setting.setbacks.trail.note(Pose2(x, 0.35, 0.0))
+        setting.comes_by(Pose2(x, 0.35, 0.0))
     for k in range(TRIES):
         setting.pursuit.advance(steering(held_up_s=5.0), 5.0 + k)
         setting.judge(5.0 + k)

@@ -6,7 +6,11 @@ import numpy as np
 import pytest
 
 from occmap import surroundings_kernels as kernels
-from occmap.surroundings import SurroundingsConfig
+from occmap.clearance import ClearanceMap
+from occmap.geometry import Pose2, Twist2
+from occmap.grid import Belief, OccupancyGrid
+from occmap.scan import Scan
+from occmap.surroundings import Base, Surroundings, SurroundingsConfig
 
 
 def near_hits(ranges, bearings, low, high, reach, gate, half_window, lidar):
@@ -91,6 +95,20 @@ def test_what_all_but_touches_moves_on_only_to_where_there_is_more_room():
     assert drives(0.175, 0.0, -0.12)
     assert drives(0.175, 0.2, 0.12)
     assert not drives(0.175, -0.2, 0.12)
+
+
+@pytest.mark.parametrize(("behind_m", "may_back"), [(0.25, False), (0.5, True)])
+def test_behind_a_lidar_that_looks_ahead_the_map_is_asked(behind_m, may_back):
+    grid, clearance = OccupancyGrid(), ClearanceMap()
+    grid.grow_to_contain((-1.0, -1.0), (1.0, 1.0))
+    grid.state[:] = Belief.FREE
+    grid.state[:, grid.frame.cell_at(-behind_m, 0.0)[0]] = Belief.OCCUPIED
+    clearance.rebuild(grid)
+    around = Surroundings(Base(0.19, 1.0, 3.0))
+    ahead = Scan(np.linspace(-1.0, 1.0, 90), np.full(90, 3.0), 12.0)
+    around.look(ahead, Pose2.identity(), Pose2.identity(), grid, clearance.distance_m)
+    assert around.is_free(Twist2.zero(), Twist2(-0.12, 0.0), 0.5) == may_back
+    assert around.is_free(Twist2.zero(), Twist2(0.12, 0.0), 0.5)
 
 
 def test_the_free_bearing_is_the_nearest_one():
