@@ -171,10 +171,14 @@ def test_bounds_tell_when_no_goal_beyond_can_be_better():
 
 
 def test_a_goal_follows_a_correction_of_the_map():
-    goal = goal_at(2.0, 1.0).carried(Pose2(0.5, 0.0, math.pi / 2))
+    others = (np.array([[3.0, 1.0]]), np.array([[2.0, 0.0], [1.0, 0.0]]))
+    goal = goal_at(2.0, 1.0, also_watched_in_map=others).carried(Pose2(0.5, 0.0, math.pi / 2))
     np.testing.assert_allclose(goal.viewpoint_in_map, (-0.5, 2.0), atol=1e-12)
     np.testing.assert_allclose(goal.frontier.centroid_in_map, (-0.5, 2.0), atol=1e-12)
     np.testing.assert_allclose(goal.watched_in_map, [(-0.5, 2.0)], atol=1e-12)
+    np.testing.assert_allclose(
+        np.concatenate(goal.also_watched_in_map), [(-0.5, 3.0), (0.5, 2.0), (0.5, 1.0)], atol=1e-12
+    )
 
 
 def test_a_goal_says_what_it_is_worth():

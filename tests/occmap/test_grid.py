@@ -64,9 +64,10 @@ def test_growing_keeps_every_belief_where_it_was(places: list[tuple[float, float
     assert grid.state.shape == grid.log_odds.shape
 
 
-def test_growth_is_amortised():
+@pytest.mark.parametrize(("dx", "dy"), [(0.01, 0.0), (-0.01, 0.0), (0.0, 0.01), (0.0, -0.01)])
+def test_growth_is_amortised(dx: float, dy: float):
     grid = OccupancyGrid()
-    moves = sum(grid.grow_to_contain((0.0, 0.0), (0.01 * k, 0.5)) for k in range(10_000))
+    moves = sum(grid.grow_to_contain((dx * k, dy * k), (dx * k, dy * k)) for k in range(10_000))
     assert moves < 25  # 2000 cells at half again as many each time
 
 

@@ -35,6 +35,18 @@ def test_wheels_are_confirmed_by_scans_alone(finished, boxes, is_confirmed):
     assert (erred.mean_square < 25.0) == is_confirmed
 
 
+def test_where_it_is_found_the_robot_is_where_it_has_driven_to_meanwhile(finished):
+    """It was looked for where its first scan was taken, half a lap from where it believed to be."""
+    localizer, lap = MapLocalizer(finished), LAP[len(LAP) // 2 :]
+    for pose, seen in zip(lap, observe(RING, lap, np.random.default_rng(1)), strict=True):
+        estimate = localizer.update(seen)
+        if not localizer.is_lost:
+            assert pose.distance_to(lap[0]) > 0.2
+            assert estimate.map_from_robot.distance_to(LAP[0].inverse() @ pose) < 0.1
+            return
+    raise AssertionError("the robot was never found")
+
+
 def test_submaps_far_behind_give_up_their_memory(finished):
     localizer = MapLocalizer(finished, Pose2.identity())
     for seen in observe(RING, LAP, np.random.default_rng(1)):

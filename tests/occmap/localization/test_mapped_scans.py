@@ -21,6 +21,13 @@ def scan(ranges_m, max_range_m: float = 12.0, min_range_m: float = 0.05, turn_ra
     return Scan(bearings, np.asarray(ranges_m, np.float64), max_range_m, min_range_m)
 
 
+def test_from_one_submap_to_the_next_a_pose_goes_without_a_jump():
+    submaps = [Pose2.identity(), Pose2(1.0, 0.0, 0.0)]
+    for blend, x_m, yaw_rad in ((0.0, 0.5, 0.1), (0.25, 0.55, 0.15), (1.0, 0.7, 0.3)):
+        tracked = Tracked(0, Pose2(0.5, 0.0, 0.1), Pose2(-0.3, 0.0, 0.3), blend)
+        assert tracked.in_map(submaps).numbers() == pytest.approx((x_m, 0.0, yaw_rad))
+
+
 @pytest.mark.parametrize("max_range_m", [12.0, 81.83])
 def test_ranges_are_kept_to_the_nearest_step(max_range_m: float):
     seen = scan(np.random.default_rng(0).uniform(0.05, max_range_m, 1000), max_range_m)
