@@ -63,7 +63,7 @@ class ExperimentConfig:
     it is neither explored nor driven to, and does not count."""
     pose: PoseSource = "slam"
     """slam: the wheels' word, corrected by matching scans and closing loops. odometry: where the wheels say,
-    drift and all. truth: the true pose, as in a lesson on mapping."""
+    drift and all. truth: the true pose, for mapping and exploring alone."""
     noise_scale: float = 1.0
     """Multiplies every error of the lidar: 0 none."""
     drift_scale: float = 1.0

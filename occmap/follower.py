@@ -76,7 +76,7 @@ class FollowerConfig(NeverNegative):
     """Bends are driven so slowly that this turn rate does, or four fifths of what the base can do: the rest
     is for corrections."""
     back_out_from_rad: float = 2.0
-    """Out of inflation the robot drives backwards if its aim is farther off its nose."""
+    """Out of a place too near to a wall the robot drives backwards if its aim is farther off its nose."""
     turn_from_rad: float = 1.0
     """The robot turns in place if it looks away from its aim by more,"""
     turn_until_rad: float = 0.3

@@ -32,7 +32,7 @@ class FrontierConfig:
     walls, and its specks would be chased for ever."""
     ignore_struck: bool = True
     """A cell in which a beam has ended is a surface if beams have ended in two of its 8 neighbours too:
-    neither frontier nor unknown, whatever grazed it since. With SOLID_HITS beams it is one in any case."""
+    neither frontier nor unknown, whatever grazed it since. One that was met four times is, in any case."""
     max_extent_m: float = 3.0
     """A longer frontier is cut in halves until none is: a goal should be a place, not a hall's whole edge."""
 

@@ -49,9 +49,10 @@ class GoalConfig:
     min_nook_m: float = 0.1
     """When nothing else is left, edges of the unknown along walls get one look if they are this long."""
     worth_way_m: float = 10.0
-    """A way longer than this must promise something:"""
+    """A way longer than this must promise worth_gain_m2; one to a nook, worth_nook_m2."""
     worth_gain_m2: float = 0.1
-    """so much unknown area, somewhat more than the robot stands on. What hides less is seen in passing."""
+    """Unknown area that makes a long way worth it, somewhat more than the robot stands on: what hides less is
+    seen in passing."""
     worth_nook_m2: float = 0.4
     """The same for nooks, by their mouth times the depth looked at. Most hide less than they promise, and one
     that was looked into is not come back for from so far."""

@@ -35,7 +35,7 @@ class KernelTimes:
     cells: int
     """Of the whole grid."""
     c_twin_us: float | None
-    """The lesson's loop in C -O3, from end cells to log-odds. None where there is no C compiler."""
+    """The plain loop in C -O3, from end cells to log-odds. None where there is no C compiler."""
     integration_us: float
     """Our kernel: the same, and the states and the list of changes besides."""
     insert_us: float
@@ -112,7 +112,7 @@ class TimedMapper(Mapper):
 
 
 class CTwin:
-    """The lesson's loop in C, on a grid of its own."""
+    """The plain loop in C, on a grid of its own."""
 
     def __init__(self, library: ctypes.CDLL) -> None:
         self._library = library

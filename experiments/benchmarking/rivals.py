@@ -87,7 +87,7 @@ def integrate_by_arrays(
     miss_log_odds: float,
     clamp: float,
 ) -> None:
-    """The NumPy twin of the lesson's loop: all beams at once, a step at a time; clamped once a scan."""
+    """The NumPy twin of the plain loop: all beams at once, a step at a time; clamped once a scan."""
     start, last = ends[0].astype(np.float64), ends[1:]
     steps = np.maximum(np.abs(last - ends[0]).max(axis=1), 1)
     beam = np.repeat(np.arange(len(last)), steps)
