@@ -49,9 +49,7 @@ def read_bag(path: Path, scan_topic: str | None = None, odometry_topic: str | No
         return RecordedLog((), False, tuple(messages.skipped))
     laser = messages.scans[0][1].header.frame_id
     base, track = _odometry(messages, laser)
-    robot_from_lidar = messages.frames.mount(base, laser) if base else None
-    if robot_from_lidar is None:
-        robot_from_lidar = np.eye(4)
+    robot_from_lidar = messages.frames.mount(base, laser)
     clockwise, mount = is_upside_down(robot_from_lidar), in_plane(robot_from_lidar)
     observations = []
     for number, (time_s, message) in enumerate(messages.scans, start=1):
@@ -63,13 +61,13 @@ def read_bag(path: Path, scan_topic: str | None = None, odometry_topic: str | No
     return RecordedLog(tuple(observations), track is not None, tuple(messages.skipped))
 
 
-def _odometry(messages: Messages, laser: str) -> tuple[str | None, PoseTrack | None]:
+def _odometry(messages: Messages, laser: str) -> tuple[str, PoseTrack | None]:
     """The robot's frame and where it was: from Odometry messages, else from the transforms."""
     if messages.odometry:
         times_s, children, poses = zip(*messages.odometry, strict=True)
         return children[0], PoseTrack(list(times_s), list(poses))
     found = messages.frames.odometry(laser)
-    return (found.base, found.track) if found else (None, None)
+    return (found.base, found.track) if found else (messages.frames.body(laser), None)
 
 
 def _collect(path: Path, scan_topic: str | None, odometry_topic: str | None) -> Messages:

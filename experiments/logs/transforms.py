@@ -40,12 +40,16 @@ class FrameTree:
             chain.append(parent)
         return chain
 
-    def mount(self, base: str, frame: str) -> Matrix | None:
-        """base_from_frame along the tree, moving joints taken where they first were; None if unconnected."""
+    def mount(self, base: str, frame: str) -> Matrix:
+        """base_from_frame along the tree, moving joints taken where they first were.
+
+        Of a base that is not connected to the frame (drivers leave its name empty, or call it what no
+        transform does) the part of the robot that carries the frame is meant.
+        """
         base, chain = base.lstrip("/"), self.chain(frame)
         common = next((ancestor for ancestor in self.chain(base) if ancestor in chain), None)
         if common is None:
-            return None
+            return self.mount(self.body(frame), frame)
         return np.linalg.inv(self._up_to(common, self.chain(base))) @ self._up_to(common, chain)
 
     def odometry(self, frame: str) -> Odometry | None:
@@ -54,13 +58,24 @@ class FrameTree:
         That is the joint below a frame called odom, or else the topmost that moves.
         """
         chain = self.chain(frame)
-        moving = [child for child in chain[:-1] if len(self._moving[child]) > 1]
+        repeated = [child for child in chain[:-1] if len(self._moving[child]) > 1]
+        moving = [child for child in repeated if self._moves(child)] or repeated
         if not moving:
             return None
         below_odom = [child for child in moving if "odom" in self._parent[child]]
         base = below_odom[0] if below_odom else moving[-1]
         samples = self._moving[base]
         return Odometry(base, PoseTrack([t for t, _ in samples], [in_plane(pose) for _, pose in samples]))
+
+    def body(self, frame: str) -> str:
+        """The part of the robot that carries a frame, as far as the transforms know."""
+        found = self.odometry(frame)
+        return found.base if found else self.chain(frame)[-1]
+
+    def _moves(self, child: str) -> bool:
+        """Whether it was ever elsewhere: some send fixed joints again and again, like those that move."""
+        first = self._moving[child][0][1]
+        return any(np.any(pose != first) for _, pose in self._moving[child])
 
     def _up_to(self, ancestor: str, chain: list[str]) -> Matrix:
         """ancestor_from_frame for the frame at the chain's beginning."""

@@ -50,7 +50,7 @@ def laser_scan(
     )
 
 
-def odometry(time_s: float, pose: Pose2):
+def odometry(time_s: float, pose: Pose2, child: str = "base_link"):
     vector, point = M["geometry_msgs/msg/Vector3"], M["geometry_msgs/msg/Point"]
     inner = M["geometry_msgs/msg/Pose"](
         position=point(x=pose.x_m, y=pose.y_m, z=0.0), orientation=quaternion(pose.yaw_rad)
@@ -60,7 +60,7 @@ def odometry(time_s: float, pose: Pose2):
     )
     return "nav_msgs/msg/Odometry", M["nav_msgs/msg/Odometry"](
         header=header(time_s, "odom"),
-        child_frame_id="base_link",
+        child_frame_id=child,
         pose=M["geometry_msgs/msg/PoseWithCovariance"](pose=inner, covariance=np.zeros(36)),
         twist=M["geometry_msgs/msg/TwistWithCovariance"](twist=twist, covariance=np.zeros(36)),
     )
@@ -142,6 +142,31 @@ def test_a_laser_hung_upside_down_turns_the_other_way(tmp_path: Path):
     ]
     (seen,) = read_log(bag(tmp_path / "bag", messages)).observations
     np.testing.assert_allclose(seen.scan.bearings_rad, [0.2, 0.1, 0.0, -0.1, -0.2], atol=1e-6)
+
+
+@pytest.mark.parametrize("child", ["", "base_footprint"])
+def test_the_mount_is_found_though_odometry_names_no_frame_that_there_is(tmp_path: Path, child: str):
+    """Else a laser that hangs upside down sees a mirror image."""
+    mount = Pose2(0.1, 0.02, 0.5)
+    messages = [
+        (0.0, "/tf_static", transform(0.0, "robot_1/base_link", "laser", mount, upside_down=True)),
+        (1.0, "/odom", odometry(1.0, Pose2.identity(), child)),
+        (1.0, "/scan", laser_scan(1.0, RANGES)),
+    ]
+    (seen,) = read_log(bag(tmp_path / "bag", messages)).observations
+    assert (seen.robot_from_lidar.x_m, seen.robot_from_lidar.y_m) == pytest.approx((0.1, 0.02))
+    assert seen.scan.bearings_rad[0] == pytest.approx(0.2)
+
+
+def test_a_transform_that_is_sent_again_and_again_is_no_odometry(tmp_path: Path):
+    messages = [(0.0, "/tf_static", transform(0.0, "base_link", "laser", Pose2(0.1, 0.0, 0.0)))]
+    for t in (1.0, 2.0):
+        messages.append((t, "/tf", transform(t, "world", "map", Pose2(5.0, 0.0, 0.0))))
+        messages.append((t, "/tf", transform(t, "map", "base_link", Pose2(2 * t, 0.0, 0.0))))
+    messages.append((1.5, "/scan", laser_scan(1.5, RANGES)))
+    (seen,) = read_log(bag(tmp_path / "bag", messages)).observations
+    assert seen.odom_from_robot.x_m == pytest.approx(3.0)
+    assert seen.robot_from_lidar.x_m == pytest.approx(0.1)
 
 
 def test_without_odometry_or_transforms_it_still_reads(tmp_path: Path):
