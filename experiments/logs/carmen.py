@@ -3,6 +3,7 @@
     FLASER n r1..rn  laser_x laser_y laser_yaw  odom_x odom_y odom_yaw
     ROBOTLASER1 type start fov step maxrange accuracy remission_mode n r1..rn m rem1..rem_m
                 laser_x laser_y laser_yaw  robot_x robot_y robot_yaw  tv rv forward side turn
+    RAWLASER1 type start fov step maxrange accuracy remission_mode n r1..rn m rem1..rem_m
     ODOM x y yaw tv rv acceleration
     PARAM name value
 
@@ -44,7 +45,7 @@ MOUNT_TOLERANCE = 0.02
 
 @dataclass(frozen=True)
 class LaserMessage:
-    """One FLASER or ROBOTLASER1 line."""
+    """One FLASER, ROBOTLASER1 or RAWLASER1 line; the last knows no poses, and has the identity for both."""
 
     time_s: float
     scan: Scan
@@ -54,7 +55,7 @@ class LaserMessage:
 
 def read_carmen(path: Path) -> RecordedLog:
     """All scans of a file, in the order of their ipc timestamps, or of the file if that is clearly truer."""
-    lasers: dict[str, list[LaserMessage]] = {"ROBOTLASER1": [], "FLASER": []}
+    lasers: dict[str, list[LaserMessage]] = {"ROBOTLASER1": [], "FLASER": [], "RAWLASER1": []}
     odometry: list[tuple[float, Pose2]] = []
     skipped: list[Skipped] = []
     parameters: dict[str, str] = {}
@@ -67,6 +68,8 @@ def read_carmen(path: Path) -> RecordedLog:
                 lasers["FLASER"].append(_flaser(words))
             elif words[0] == "ROBOTLASER1":
                 lasers["ROBOTLASER1"].append(_robotlaser(words))
+            elif words[0] == "RAWLASER1":
+                lasers["RAWLASER1"].append(_rawlaser(words))
             elif words[0] == "ODOM":
                 odometry.append((_time_s(words[7:]), _pose(words[1:4])))
             elif words[0] == "PARAM":
@@ -76,8 +79,9 @@ def read_carmen(path: Path) -> RecordedLog:
         except (ValueError, IndexError) as error:
             reason = "cut short" if isinstance(error, IndexError) else str(error)
             skipped.append(Skipped(number, f"{words[0][:20]}: {reason}"))
+    raw = lasers.pop("RAWLASER1")
     messages = max(lasers.values(), key=len)  # not both: loggers that know both write every scan twice
-    return _recorded(messages, odometry, parameters, skipped)
+    return _recorded(messages or raw, odometry, parameters, skipped)
 
 
 def _recorded(
@@ -108,11 +112,13 @@ def _recorded(
 def _mount(messages: list[LaserMessage], parameters: dict[str, str]) -> Pose2:
     """robot_from_lidar: what the two poses of the messages agree on, else what the parameters say.
 
-    They agree on nothing where the laser's pose was corrected after the fact and the odometry was not.
+    They agree on nothing where the laser's pose was corrected after the fact and the odometry was not, and
+    say nothing where both are left at zero.
     """
+    silent = not _moves([message.odom_from_robot for message in messages])
     mounts = [message.odom_from_robot.inverse() @ message.odom_from_lidar for message in messages]
     rows = np.array([(mount.x_m, mount.y_m, mount.yaw_rad) for mount in mounts]).reshape(-1, 3)
-    if len(rows):
+    if rows.any() or not silent:
         rows[:, 2] = rows[0, 2] + wrapped(rows[:, 2] - rows[0, 2])  # a laser that looks back is at pi and -pi
         middle = np.median(rows, axis=0)
         if np.all(np.percentile(np.abs(rows - middle), 90, axis=0) <= MOUNT_TOLERANCE):
@@ -135,17 +141,26 @@ def _flaser(words: list[str]) -> LaserMessage:
 
 
 def _robotlaser(words: list[str]) -> LaserMessage:
+    scan, rest = _described_scan(words)
+    return LaserMessage(_time_s(rest[11:]), scan, _pose(rest[0:3]), _pose(rest[3:6]))
+
+
+def _rawlaser(words: list[str]) -> LaserMessage:
+    scan, rest = _described_scan(words)
+    return LaserMessage(_time_s(rest), scan, Pose2.identity(), Pose2.identity())
+
+
+def _described_scan(words: list[str]) -> tuple[Scan, list[str]]:
+    """A scan that says what sensor it is of, and what follows it in the line."""
     start, fov, step, max_range_m = map(_finite, words[2:6])
     n = _beams(words[8])
     ranges = _ranges(words[9 : 9 + n], n, NO_RETURN_SHARE * max_range_m)
     remissions = int(words[9 + n])
-    rest = words[10 + n + remissions :]
     if not max_range_m > MIN_RANGE_M:
         raise ValueError(f"a maximum range of {max_range_m} m")
     if not 0.0 < step * (n - 1) <= 1.05 * fov:  # no step, or that of another number of beams
         step = fov / max(n - 1, 1)
-    scan = Scan(_bearings(start, step, n), ranges, max_range_m, MIN_RANGE_M)
-    return LaserMessage(_time_s(rest[11:]), scan, _pose(rest[0:3]), _pose(rest[3:6]))
+    return Scan(_bearings(start, step, n), ranges, max_range_m, MIN_RANGE_M), words[10 + n + remissions :]
 
 
 @lru_cache(maxsize=64)

@@ -25,6 +25,11 @@ def robotlaser(ranges: str, stamp: int, remissions: str = "") -> str:
     return f"{head} {stamp}.1 2 0.5 {stamp} 2 0.5 0.3 0.1 0.2 0.2 1e6 {stamp} {TAIL}\n"
 
 
+def rawlaser(ranges: str, stamp: float) -> str:
+    head = f"RAWLASER1 0 -1.5 3.0 0.5 8.0 0.01 0 {len(ranges.split())} {ranges}"
+    return f"{head} 2 7 7 {stamp} {TAIL}\n"
+
+
 def written(tmp_path: Path, text: str) -> Path:
     path = tmp_path / "some.log"
     path.write_text(text)
@@ -179,6 +184,23 @@ def test_odom_lines_stand_in_for_scans_that_carry_none(tmp_path: Path):
     log = read_carmen(written(tmp_path, text))
     assert log.has_odometry
     assert [seen.odom_from_robot.x_m for seen in log.observations] == [0.5, 1.25]
+
+
+def test_raw_scans_take_their_poses_from_odom_lines_and_the_mount_from_the_parameters(tmp_path: Path):
+    text = "PARAM robot_frontlaser_offset 0.2 0 host 0\n"
+    text += "".join(f"ODOM {t} 0 0 0 0 0 {t} host {t}\n" for t in (0.0, 1.0, 2.0))
+    text += "".join(rawlaser("1 2 8.0 3", t) for t in (0.5, 1.25))
+    log = read_carmen(written(tmp_path, text))
+    assert [seen.odom_from_robot.x_m for seen in log.observations] == [0.5, 1.25]
+    assert log.observations[0].robot_from_lidar == Pose2(0.2, 0.0, 0.0)
+    np.testing.assert_array_equal(log.observations[0].scan.ranges_m, [1, 2, np.inf, 3])
+    np.testing.assert_allclose(log.observations[0].scan.bearings_rad, [-1.5, -1.0, -0.5, 0.0])
+
+
+def test_raw_scans_are_not_read_where_the_same_scans_come_with_poses(tmp_path: Path):
+    text = "".join(rawlaser("1 2", t) for t in range(3)) + robotlaser("1 2 3", 2)
+    (seen,) = read_carmen(written(tmp_path, text)).observations
+    assert len(seen.scan.ranges_m) == 3
 
 
 @pytest.mark.parametrize("compress", [bz2.compress, gzip.compress, bytes])
