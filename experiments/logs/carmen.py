@@ -18,7 +18,7 @@ import math
 import re
 import zlib
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from io import BufferedIOBase
 from pathlib import Path
@@ -27,6 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from experiments.logs.log import MIN_RANGE_M, RecordedLog, Skipped
+from experiments.logs.no_return import no_return_code
 from experiments.logs.pose_track import PoseTrack
 from experiments.logs.scan_order import in_driven_order
 from experiments.planar import wrapped
@@ -34,9 +35,10 @@ from occmap.geometry import Pose2
 from occmap.scan import Observation, Scan
 
 FLASER_MAX_RANGE_M = 50.0
-"""FLASER does not say how far its sensor reaches; codes for "no return" start here (50.0, 81.83, 81.91)."""
+"""FLASER does not say how far its sensor reaches; codes for "no return" start here (50.0, 81.83, 81.91), or
+where they are found to be (no_return)."""
 NO_RETURN_SHARE = 0.998
-"""Of ROBOTLASER1's maximum range: SICK's error codes, 81.83 to 81.91, begin just short of its 81.92."""
+"""Of the maximum range or such a code: SICK's error codes, 81.83 to 81.91, begin just short of its 81.92."""
 FLASER_STEP_DEG = {180: 1.0, 181: 1.0, 360: 0.5, 361: 0.5, 401: 0.25, 541: 0.5, 1081: 0.25}
 """By number of beams, of the sensors in the wild; any other number is spread over 180 degrees."""
 MOUNT_TOLERANCE = 0.02
@@ -91,6 +93,7 @@ def _recorded(
     skipped: list[Skipped],
 ) -> RecordedLog:
     """Decide, with the whole log read, where the laser sits and whose odometry to believe."""
+    messages = _without_code(messages)
     robot_from_lidar = _mount(messages, parameters)
     odom_from_robots = [message.odom_from_robot for message in messages]
     if not _moves(odom_from_robots) and _moves([pose for _, pose in odometry]):
@@ -107,6 +110,18 @@ def _recorded(
         for message, odom_from_robot in zip(messages, odom_from_robots, strict=True)
     ]
     return RecordedLog(tuple(in_driven_order(observations)), has_odometry, tuple(skipped))
+
+
+def _without_code(messages: list[LaserMessage]) -> list[LaserMessage]:
+    """The messages, with beams that met nothing told from those that did."""
+    code_m = no_return_code([message.scan for message in messages])
+    if code_m is None:
+        return messages
+    scans = [
+        replace(message.scan, ranges_m=_cut_off(message.scan.ranges_m, NO_RETURN_SHARE * code_m))
+        for message in messages
+    ]
+    return [replace(message, scan=scan) for message, scan in zip(messages, scans, strict=True)]
 
 
 def _mount(messages: list[LaserMessage], parameters: dict[str, str]) -> Pose2:
@@ -182,7 +197,10 @@ def _ranges(words: list[str], n: int, no_return_m: float) -> NDArray[np.float64]
     """(n,) metres; inf for a beam that met nothing."""
     if len(words) != n:
         raise ValueError(f"{n} beams announced, {len(words)} found")
-    ranges = np.array(words, np.float64)
+    return _cut_off(np.array(words, np.float64), no_return_m)
+
+
+def _cut_off(ranges: NDArray[np.float64], no_return_m: float) -> NDArray[np.float64]:
     return np.where(ranges >= no_return_m, np.inf, ranges)
 
 

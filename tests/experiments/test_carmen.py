@@ -99,6 +99,29 @@ def test_robotlaser_s_error_codes_are_no_returns(tmp_path: Path):
     np.testing.assert_array_equal(ranges, [1, np.inf, np.inf, 80.9])
 
 
+@pytest.mark.parametrize("code", [8.19, 16.38, 32.0])
+def test_a_longest_range_that_is_heaped_up_is_no_return(tmp_path: Path, code: float):
+    """FLASER does not say what its sensor is set to. Minor codes just short of the main one are as bad."""
+    rng = np.random.default_rng(0)
+    ranges = code * np.sort(rng.uniform(0.05, 0.99, (100, 60)), axis=1)
+    ranges[:, -20:] = code
+    ranges[::10, -1] = code - 0.01
+    rows = [" ".join(f"{r:.2f}" for r in row) for row in ranges]
+    text = "".join(flaser(row, f"{k} 0 0", f"{k} 0 0", float(k)) for k, row in enumerate(rows))
+    for seen in read_carmen(written(tmp_path, text)).observations:
+        np.testing.assert_array_equal(seen.scan.is_hit, [True] * 40 + [False] * 20)
+        assert np.all(np.isposinf(seen.scan.ranges_m[40:]))
+
+
+def test_a_longest_range_that_was_measured_stays(tmp_path: Path):
+    """The corner of a room in which a robot stood, without any noise."""
+    away = np.abs(np.linspace(-1.5, 1.5, 61))
+    ranges = np.minimum(6.0 / np.cos(np.minimum(away, 1.4)), 4.0 / np.maximum(np.sin(away), 0.1))
+    row = " ".join(f"{r:.2f}" for r in ranges)
+    text = "".join(flaser(row, "0 0 0", "0 0 0", float(k)) for k in range(1000))
+    assert all(seen.scan.is_hit.all() for seen in read_carmen(written(tmp_path, text)).observations)
+
+
 def test_a_step_that_does_not_fit_the_number_of_beams_is_not_believed(tmp_path: Path):
     bearings = read_carmen(written(tmp_path, robotlaser("1 " * 13, 1))).observations[0].scan.bearings_rad
     assert (bearings[0], bearings[-1]) == pytest.approx((-1.5, 1.5))
