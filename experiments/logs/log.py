@@ -58,6 +58,8 @@ def read_log(path: Path, scan_topic: str | None = None, odometry_topic: str | No
 
         log = read_carmen(path)
     if not log.observations:
-        complaint = f"; {len(log.skipped)} broken, first at {log.skipped[0].number}" if log.skipped else ""
+        complaint = "".join(
+            f"; {len(log.skipped)} broken, first {each.number}: {each.reason}" for each in log.skipped[:1]
+        )
         raise ValueError(f"{path} holds no laser scan that could be read{complaint}")
     return log

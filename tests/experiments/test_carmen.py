@@ -254,6 +254,14 @@ def test_a_file_without_a_scan_is_refused(tmp_path: Path, text: str):
         read_log(written(tmp_path, text))
 
 
+def test_a_file_of_broken_scans_is_refused_with_the_first_line_and_what_is_wrong_with_it(tmp_path: Path):
+    text = "# metres with commas\n" + flaser("1,5 2,5", "0 0 0", "0 0 0", 1.0)
+    with pytest.raises(
+        ValueError, match="1 broken, first 2: FLASER: could not convert string to float: '1,5'"
+    ):
+        read_log(written(tmp_path, text))
+
+
 def test_a_missing_file_is_refused(tmp_path: Path):
     with pytest.raises(ValueError, match=r"there is no log .*none\.log"):
         read_log(tmp_path / "none.log")
