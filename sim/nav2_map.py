@@ -100,7 +100,7 @@ def read_map_yaml(path: Path) -> tuple[Path, MapMeta]:
             occupied_thresh=float(said.get("occupied_thresh", MapMeta.occupied_thresh)),
             free_thresh=float(said.get("free_thresh", MapMeta.free_thresh)),
         )
-    except (TypeError, ValueError, IndexError) as error:
+    except (TypeError, ValueError, IndexError, OverflowError) as error:
         raise ValueError(f"{path} is not a Nav2 map: {error}") from error
     return find_image(path, str(said["image"])), meta
 

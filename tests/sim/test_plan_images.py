@@ -204,6 +204,8 @@ def test_the_image_is_found_relative_absolute_or_beside(tmp_path: Path):
         ("image: map.pgm\nresolution: -0.05\norigin: [0, 0, 0]\n", "must be positive, got -0.05"),
         ("image: map.pgm\nresolution: .nan\norigin: [0, 0, 0]\n", "must be positive, got nan"),
         ("image: map.pgm\nresolution: 0.05\norigin: [0]\n", "is not a Nav2 map"),
+        ("image: map.pgm\nresolution: 0.05\norigin: [0, 0, 0]\nnegate: .inf\n", "is not a Nav2 map"),
+        (f"image: map.pgm\nresolution: 1{'0' * 400}\norigin: [0, 0, 0]\n", "is not a Nav2 map"),
         ("image: map.pgm\nresolution: 0.05\norigin: [0, 0, 0]\nmode: colour\n", "unknown map mode 'colour'"),
         ("image: map.pgm\nresolution: 0.05\norigin: [0, 5.2e6, 0]\n", "move its origin nearer"),
         ("image: nowhere.pgm\nresolution: 0.05\norigin: [0, 0, 0]\n", "names the image 'nowhere.pgm'"),
