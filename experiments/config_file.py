@@ -77,7 +77,7 @@ def _value(hint: Any, data: Any, where: str) -> Any:
     if hint is float and data in ("inf", "-inf"):
         return float(data)
     if hint is float and isinstance(data, int) and not isinstance(data, bool):
-        return float(data)
+        return float(str(data))  # one beyond all floats becomes inf, like 1e999, which the config then judges
     if hint is Path and isinstance(data, str):
         return Path(data)
     if not isinstance(data, hint) or (isinstance(data, bool) and hint is not bool):

@@ -46,6 +46,11 @@ def test_keys_left_out_keep_their_default(tmp_path):
     assert config_file.read(Outer, written(tmp_path, '{"inner": {"reach_m": 3}}')).inner == Inner(reach_m=3.0)
 
 
+def test_a_whole_number_beyond_all_floats_is_without_end(tmp_path):
+    text = f'{{"inner": {{"reach_m": 1{"0" * 400}}}}}'
+    assert config_file.read(Outer, written(tmp_path, text)).inner == Inner(reach_m=float("inf"))
+
+
 @pytest.mark.parametrize(
     ("text", "complaints"),
     [
