@@ -18,6 +18,7 @@ from occmap.explorer_config import ExplorerConfig, PaceConfig
 from occmap.goal_config import GoalConfig
 from occmap.grid import GridConfig
 from occmap.localization import SlamConfig
+from occmap.mapper import MAX_BEAMS
 from sim.faults import FaultsConfig
 from sim.generators import BuildingConfig
 from sim.lidar import LidarConfig
@@ -25,6 +26,9 @@ from sim.odometry import OdometryConfig
 from sim.robot import RobotConfig
 
 PoseSource = Literal["truth", "odometry", "slam"]
+
+MOST_CELLS = 250_000_000
+"""Of what one scan may reach: beams that meet nothing free their whole length, and the map must hold it."""
 
 
 @dataclass(frozen=True)
@@ -98,6 +102,19 @@ class ExperimentConfig:
             raise ValueError(f"drift_scale {self.drift_scale} is too much: {error}") from error
         if self.plan_resolution_m is not None and not 0.0 < self.plan_resolution_m < math.inf:
             raise ValueError(f"plan_resolution_m must be positive, got {self.plan_resolution_m}")
+        self._refuse_scans_beyond_maps()
+
+    def _refuse_scans_beyond_maps(self) -> None:
+        """ValueError if a scan has more beams than the mapper takes, or more cells than memory."""
+        if self.lidar.beams > MAX_BEAMS:
+            raise ValueError(f"a lidar may have at most {MAX_BEAMS} beams, got {self.lidar.beams}")
+        model, resolution_m = self.explorer.sensor_model, self.explorer.grid.resolution_m
+        reach_m = min(self.lidar.max_range_m, model.usable_range_m) + model.obstacle_thickness_m
+        if 2.0 * reach_m / resolution_m > math.sqrt(MOST_CELLS):
+            raise ValueError(
+                f"a lidar that reaches {reach_m:g} m may see over {MOST_CELLS} cells of {resolution_m} m "
+                "at once: lower lidar.max_range_m or sensor_model.usable_range_m, or raise map.resolution_m"
+            )
 
     @property
     def building_seed(self) -> int:
