@@ -112,16 +112,22 @@ class ClearanceMap:
         self._kernels.take_flips(flat_cells, was, grid.state, *layers, self._by_squares, self._disc)
 
 
-def distance_by_squares(truncate_m: float, resolution_m: float) -> NDArray[np.float32]:
-    """(k,) clearance in metres at 0, 1, 2, ... squared cells; the last, truncate_m, is for all beyond.
-
-    From a cell's centre to the near side of an occupied cell. ValueError if that reaches too many cells.
-    """
+def radius_cells(truncate_m: float, resolution_m: float) -> int:
+    """So many cells from an obstacle the clearance is truncate_m. ValueError if they are too many."""
     radius = math.ceil(truncate_m / resolution_m + 0.5)
     if radius > FARTHEST_CELLS:
         raise ValueError(
             f"truncate_m of {truncate_m} is more than {FARTHEST_CELLS - 1} cells of {resolution_m} m: "
             "lower it"
         )
+    return radius
+
+
+def distance_by_squares(truncate_m: float, resolution_m: float) -> NDArray[np.float32]:
+    """(k,) clearance in metres at 0, 1, 2, ... squared cells; the last, truncate_m, is for all beyond.
+
+    From a cell's centre to the near side of an occupied cell. ValueError if that reaches too many cells.
+    """
+    radius = radius_cells(truncate_m, resolution_m)
     distance_m = (np.sqrt(np.arange(radius * radius + 1)) - 0.5) * resolution_m
     return np.clip(distance_m, 0.0, truncate_m).astype(np.float32)

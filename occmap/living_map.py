@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from occmap.boundary import Boundary
-from occmap.clearance import ClearanceConfig, ClearanceMap, clearance_at
+from occmap.clearance import ClearanceConfig, ClearanceMap, clearance_at, radius_cells
 from occmap.frontiers import Frontier, FrontierConfig, FrontierMap
 from occmap.geometry import Pose2
 from occmap.grid import Belief, GridConfig, OccupancyGrid
@@ -33,6 +33,7 @@ class LivingMap:
         frontiers: FrontierConfig,
         boundary: Boundary | None = None,
     ) -> None:
+        radius_cells(clearance.truncate_m, grid.resolution_m)  # too far is a mistake before the first scan
         self.grid = OccupancyGrid(grid)
         self.frontiers: list[Frontier] = []
         """As of the last `find_frontiers`; their cells are in the grid's current frame."""

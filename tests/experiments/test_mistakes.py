@@ -26,6 +26,8 @@ MISTAKES = {
     "speed beyond the motors": (["--robot.max-linear-mps", "3"], "max_linear_mps 3.0"),
     "thresholds crossed": (["--map.free-below", "0.8"], "free_below"),
     "negative braking": (["--follower.braking-mps2", "-1"], "braking_mps2"),
+    "clearance beyond a byte": (["--map.resolution-m", "0.003"], "truncate_m of 1.0 is more than 254 cells"),
+    "a margin beyond a byte": (["--planner.roomy-margin-m", "20"], "truncate_m of 20.17"),
     "a margin nan": (["--planner.wall-blur-m", "nan"], "wall_blur_m"),
     "no time": (["--time-limit-s", "0"], "time_limit_s"),
     "a building too small": (["--building.size-m", "1", "1"], "at least"),
