@@ -79,13 +79,17 @@ def is_given(option: str, arguments: Sequence[str]) -> bool:
 
 
 def file_named(option: str, arguments: Sequence[str]) -> Path | None:
-    """What an option names whose file holds the defaults of all others, so that it is needed first."""
-    for argument, following in pairwise([*arguments, ""]):
-        if argument == option and following:
-            return Path(following)
-        if argument.startswith(f"{option}="):
-            return Path(argument.removeprefix(f"{option}="))
-    return None
+    """What an option names whose file holds the defaults of all others, so that it is needed first.
+
+    Of an option that is given twice the last, as with all others.
+    """
+    named: Path | None = None
+    for argument, following in pairwise([*arguments, None]):
+        if argument == option and following is not None:
+            named = Path(following)
+        elif argument is not None and argument.startswith(f"{option}="):
+            named = Path(argument.removeprefix(f"{option}="))
+    return named
 
 
 def differences(before: Any, after: Any, name: str = "") -> Iterator[tuple[str, Any, Any]]:

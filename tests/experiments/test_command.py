@@ -80,6 +80,20 @@ def test_a_seed_that_does_not_reach_the_building_says_so(plan_s_config: Path, ca
         assert (stays in capsys.readouterr().err) == is_said
 
 
+def test_the_last_of_two_configs_is_run(tmp_path: Path):
+    first, last = tmp_path / "first.json", tmp_path / "last.json"
+    first.write_text('{"seed": 11}')
+    last.write_text('{"seed": 22}')
+    for form in ("--config {} --config {}", "--config={} --config={}"):
+        command = parse(form.format(first, last).split())
+        assert (command.config, command.experiment.seed) == (last, 22)
+
+
+def test_a_config_without_a_name_is_refused():
+    with pytest.raises(ValueError, match="cannot read the config"):
+        parse(["--config", ""])
+
+
 def commands_shown():
     """What follows `python -m experiments.explore` in README and docs, where it is meant literally."""
     for page in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))):
