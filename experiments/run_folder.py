@@ -22,8 +22,10 @@ SUMMARY = "summary.json"
 RECORDING = "recording.rrd"
 VIDEO = "exploration.mp4"
 PLOT = "coverage.png"
-MARKS = (CONFIG, SUMMARY, RECORDING, VIDEO, PLOT, "map.yaml", "truth.yaml", "trajectory.tum")
-"""A folder that holds any of these holds a run."""
+MAPS = ("map.yaml", "map.pgm", "truth.yaml", "truth.pgm", "explorable.pgm")
+TRAJECTORIES = ("trajectory.tum", "truth.tum", "laser.tum")
+MARKS = (CONFIG, SUMMARY, RECORDING, VIDEO, PLOT, *MAPS, *TRAJECTORIES)
+"""What a run or a replay writes. A folder that holds any of these holds a run, or an image of that name."""
 
 
 class RunFolder:

@@ -19,6 +19,7 @@ from scipy import ndimage
 
 from experiments.explore import main, wall_error
 from experiments.recorders.coverage_plot import CoveragePlot
+from experiments.run_folder import MARKS
 from experiments.summary import MEASURED, Summary
 from occmap.geometry import Twist2
 from sim.faults import PhysicsFault
@@ -50,6 +51,7 @@ def test_the_run_folder_is_complete(folder):
     names = "config.json summary.json map.yaml map.pgm truth.yaml truth.pgm explorable.pgm "
     names += "trajectory.tum truth.tum coverage.png"
     assert sorted(file.name for file in folder.iterdir()) == sorted(names.split())
+    assert set(names.split()) <= set(MARKS)
 
 
 def test_a_map_without_a_wall_has_no_wall_error():

@@ -13,6 +13,12 @@ def test_a_folder_that_holds_a_run_is_refused_with_a_way_out(tmp_path):
         RunFolder.create(tmp_path)
 
 
+def test_a_floor_plan_is_not_overwritten_by_the_map_of_it(tmp_path):
+    (tmp_path / "map.pgm").write_bytes(b"the image that house.yaml names")
+    with pytest.raises(ValueError, match=r"holds a run already \(map.pgm\).*choose another"):
+        RunFolder.create(tmp_path)
+
+
 def test_a_folder_of_other_things_will_do(tmp_path):
     (tmp_path / "notes.txt").write_text("mine")
     assert RunFolder.create(tmp_path).path == tmp_path
