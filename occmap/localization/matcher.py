@@ -91,6 +91,11 @@ class Match:
     fit: float
     """Share of the points that lie on the map, 0 to 1."""
 
+    @property
+    def is_blind_to_turns(self) -> bool:
+        """Whether the points alone know the turn less well than the prediction."""
+        return bool(2.0 * self.information[2, 2] < self.posterior[2, 2])
+
     def tells(self, sigma_m: float) -> bool:
         """Whether the points alone know the position twice as well, along every axis."""
         xx, xy, yy = self.information[0, 0], self.information[0, 1], self.information[1, 1]

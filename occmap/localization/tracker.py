@@ -198,6 +198,8 @@ class Tracker:
 
     def _add_drift(self, match: Match) -> None:
         turned = axes(self.younger_from_older().yaw_rad)
-        shares = np.sqrt([self.config.drift_share, self.config.drift_share, self.config.drift_share_yaw])
+        # a scan that tells less of its turn than the wheels is not pulled back by the map: errors add up
+        share_yaw = 1.0 if match.is_blind_to_turns else self.config.drift_share_yaw
+        shares = np.sqrt([self.config.drift_share, self.config.drift_share, share_yaw])
         covariance = shares[:, None] * np.linalg.inv(match.posterior) * shares
         self._drift += turned @ covariance @ turned.T

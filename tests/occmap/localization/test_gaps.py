@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from occmap.geometry import Pose2
+from occmap.localization.loop_candidates import uncertainty_from
 from occmap.localization.motion import MotionConfig, MotionModel
 from occmap.localization.pose_graph import Loss, PoseGraph
 from occmap.scan import Observation, Scan
@@ -128,6 +129,18 @@ def test_scans_missing_on_the_way_are_bridged_by_a_loop(turn_rad):
     assert sum(submap.is_after_gap for submap in slam.tracker.submaps) == 1
     driven = poses[:from_k] + poses[to_k:]
     assert errors_m(driven, [pose for _, pose in slam.trajectory()]).max() < 0.2
+
+
+def test_what_is_driven_blind_leaves_the_heading_as_uncertain_as_the_wheels():
+    """A hall wider than the laser reaches: there is no map that could pull the next scan back."""
+    stream = observe(RING, drive(RING_LAP[:2]), np.random.default_rng(0))
+    blind = [replace(seen, scan=replace(seen.scan, ranges_m=np.full(180, np.nan))) for seen in stream[5:]]
+    seeing_rad, blind_rad = (
+        math.sqrt(uncertainty_from(slam.graph, len(slam.graph.poses) - 1)[1][0])
+        for slam in (mapped(stream), mapped(stream[:5] + blind))
+    )
+    assert seeing_rad < 0.01
+    assert blind_rad > 0.03
 
 
 def test_a_tight_loop_convinces_a_loose_chain_however_far_off_it_begins():
