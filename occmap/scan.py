@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -86,3 +87,7 @@ class Observation:
     scan: Scan
     robot_from_lidar: Pose2
     """Where on the robot the lidar sits; the robot's own origin is the middle between its wheels."""
+
+    def __post_init__(self) -> None:
+        if not math.isfinite(self.time_s):
+            raise ValueError(f"time_s must be finite, got {self.time_s}")
