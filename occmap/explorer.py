@@ -30,6 +30,7 @@ from occmap.planner import Planner, Wavefront, WideningFlood
 from occmap.pursuit import Failure
 from occmap.scan import Observation, Scan
 from occmap.slices import Sliced, finish, take_turn
+from occmap.steady_clock import SteadyClock
 from occmap.stopwatch import Stopwatch
 
 __all__ = ["Explorer", "ExplorerConfig"]
@@ -87,12 +88,12 @@ class Explorer:
         self.mobility = Mobility(config.stuck, config.recovery, body)
         self.pace = Pace(config.pace)
         self.ending = Ending(config.ending)
+        self._clock = SteadyClock(body.period_s)
         self.status = Status.EXPLORING
         self._unknown_left: tuple[UnknownLeft, ...] = ()
         self._watch = Stopwatch()
         self._last: tuple[Pose2, Observation] | None = None
         self._is_lost = False
-        self._late_s = 0.0  # added to the time of observations
         self._thought: Sliced[None] | None = None
 
     @property
@@ -104,19 +105,12 @@ class Explorer:
         """What to do until the next scan, given this one."""
         self._events.clear()
         self._watch = Stopwatch()
-        seen = self._in_time(seen)
+        seen = replace(seen, time_s=self._clock.read(seen.time_s))
         self.pace.begin(seen.time_s)
         self._last = here, seen = self._see(seen)
         activity, twist = self._act(here, seen)
         self.mobility.remember(seen, twist)
         return self._decision(here, activity, twist)
-
-    def _in_time(self, seen: Observation) -> Observation:
-        """Clocks are set back, logs are played again: to the robot time goes on."""
-        if self._last is not None:
-            back_s = self._last[1].time_s - (seen.time_s + self._late_s)
-            self._late_s += back_s + self.body.period_s if back_s > 0.0 else 0.0
-        return replace(seen, time_s=seen.time_s + self._late_s) if self._late_s else seen
 
     def _see(self, seen: Observation) -> tuple[Pose2, Observation]:
         """Take an observation in: the pose, and what was seen as seen from that one pose."""

@@ -168,6 +168,13 @@ def test_clocks_may_be_set_back():
     assert cell.run(60.0).status is Status.COMPLETE
 
 
+def test_clocks_may_stand():
+    cell = exploring(CELL)
+    ticking = cell.observe
+    cell.observe = lambda: replace(ticking(), time_s=0.0)
+    assert cell.run(60.0).status is Status.COMPLETE
+
+
 def test_long_thoughts_are_thought_in_turns(monkeypatch):
     """Standing, about one map: scans of the meantime are spent on it afterwards, each of them."""
     monkeypatch.setattr(slices, "TURN_CELLS", 4_000)
