@@ -29,6 +29,7 @@ from occmap.perception import Perception
 from occmap.planner import Planner, Wavefront, WideningFlood
 from occmap.pursuit import Failure
 from occmap.scan import Observation, Scan
+from occmap.silent_odometry import SilentOdometry
 from occmap.slices import Sliced, finish, take_turn
 from occmap.steady_clock import SteadyClock
 from occmap.stopwatch import Stopwatch
@@ -89,6 +90,7 @@ class Explorer:
         self.pace = Pace(config.pace)
         self.ending = Ending(config.ending)
         self._clock = SteadyClock(body.period_s)
+        self._silent_odometry = SilentOdometry()
         self.status = Status.EXPLORING
         self._unknown_left: tuple[UnknownLeft, ...] = ()
         self._watch = Stopwatch()
@@ -120,12 +122,14 @@ class Explorer:
         if percept.new_map_from_old_map is not None:
             self._carry_over(percept.new_map_from_old_map)
         self._note_whether_lost(percept.is_lost, seen.time_s)
-        return percept.map_from_robot, percept.seen
+        here = percept.map_from_robot
+        return here, self._silent_odometry.made_up_for(percept.seen, here)
 
     def _carry_over(self, new_map_from_old_map: Pose2) -> None:
         """The localizer has corrected the past: go on in its map with what is remembered."""
         self._thought = None
         self.pace.forget_the_map()
+        self._silent_odometry.carry_over(new_map_from_old_map)
         self.ending.carry_over(new_map_from_old_map, self.grid)
         self.search.carry_over(new_map_from_old_map)
         self.navigator.carry_over(new_map_from_old_map)

@@ -17,6 +17,7 @@ from occmap.geometry import Pose2, Twist2
 from occmap.goal_config import GoalConfig
 from occmap.grid import Belief
 from occmap.living_map import LivingMap
+from occmap.localization import SlamLocalizer
 from tests.occmap.explored_worlds import CELL, FLAT, TWO_ROOMS, Exploration, Sleepy, exploring
 
 
@@ -173,6 +174,25 @@ def test_clocks_may_stand():
     ticking = cell.observe
     cell.observe = lambda: replace(ticking(), time_s=0.0)
     assert cell.run(60.0).status is Status.COMPLETE
+
+
+def test_without_odometry_a_robot_is_no_more_stuck_than_with():
+    flat = exploring(FLAT, localizer=SlamLocalizer())
+    sensed = flat.observe
+    flat.observe = lambda: replace(sensed(), odom_from_robot=Pose2(7.0, -3.0, 1.0))
+    assert flat.run(300.0).status is Status.COMPLETE
+    assert flat.explored() > 0.99
+    assert flat.world.least_clearance_m > 0.0
+    assert not [event for event in flat.events if "does not move" in event]
+
+
+def test_without_odometry_a_robot_that_is_held_is_stuck():
+    flat = exploring(FLAT, localizer=SlamLocalizer())
+    sensed = flat.observe
+    flat.observe = lambda: replace(sensed(), odom_from_robot=Pose2.identity())
+    flat.run(10.0)
+    flat.is_held = True
+    assert flat.run(60.0).status is Status.STUCK
 
 
 def test_long_thoughts_are_thought_in_turns(monkeypatch):
