@@ -46,6 +46,8 @@ class Scan:
             raise ValueError(
                 f"beam_times_s must have shape {self.ranges_m.shape}, got {self.beam_times_s.shape}"
             )
+        for name in ("bearings_rad", "beam_times_s"):
+            _refuse_what_is_not_finite(name, getattr(self, name))
         if not 0.0 <= self.min_range_m < self.max_range_m:
             raise ValueError(
                 f"need 0 <= min_range_m < max_range_m, got {self.min_range_m} and {self.max_range_m}"
@@ -74,6 +76,12 @@ class Scan:
         hit = self.is_hit
         ranges, bearings = self.ranges_m[hit], self.bearings_rad[hit]
         return np.column_stack((ranges * np.cos(bearings), ranges * np.sin(bearings)))
+
+
+def _refuse_what_is_not_finite(name: str, values: NDArray[np.float64] | None) -> None:
+    if values is not None and not math.isfinite(values.sum()):
+        beam = int(np.argmin(np.isfinite(values)))
+        raise ValueError(f"{name} must be finite, of failed beams too, got {values[beam]} of beam {beam}")
 
 
 @dataclass(frozen=True)
