@@ -91,7 +91,8 @@ class Observation:
     time_s: float
     """The instant of odom_from_robot, and the one that beam_times_s count from; by any clock in seconds."""
     odom_from_robot: Pose2
-    """Where the wheels say the robot is at time_s; counted from anywhere."""
+    """Where the wheels say the robot is at time_s; counted from anywhere. Always the same without odometry:
+    then only a localizer that matches scans, SlamLocalizer, can tell how the robot moved."""
     scan: Scan
     robot_from_lidar: Pose2
     """Where on the robot the lidar sits; the robot's own origin is the middle between its wheels."""
