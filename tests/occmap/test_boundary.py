@@ -110,6 +110,16 @@ def test_a_frontier_that_the_boundary_cuts_is_cut():
     assert sum(each.size for each in (*within, *beyond)) == sum(each.size for each in scene.frontiers)
 
 
+def test_frontiers_are_split_together_as_each_alone():
+    scene, boundary = Scene(HALL), Boundary(NOTCHED)
+    within, beyond = boundary.split(scene.frontiers, scene.grid)
+    alone = [boundary.split([frontier], scene.grid) for frontier in scene.frontiers]
+    for found, each in zip((within, beyond), zip(*alone, strict=True), strict=True):
+        cells = [frontier.cells.tolist() for frontiers in each for frontier in frontiers]
+        assert [frontier.cells.tolist() for frontier in found] == cells
+    assert boundary.split([], scene.grid) == ([], [])
+
+
 @pytest.mark.parametrize("strategy", ["nearest", "tour"])
 def test_a_robot_keeps_within_and_names_what_is_beyond(strategy):
     """The flat's left half: its doors to the right stay undriven."""
