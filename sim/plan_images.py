@@ -19,6 +19,8 @@ from sim.walls import boxes_of
 IMAGE_SUFFIXES = (".png", ".pgm", ".bmp", ".jpg", ".jpeg")
 MJCF_CELL_M = 0.05
 """Where the robot can start in an MJCF plan, and get out of it, is looked for on cells of this size."""
+MARGIN_M = 1.0
+"""An image's margin in which nothing is free is cut down to this much: mappers save canvases of 200 m."""
 FENCE_M = 1.0
 """An MJCF plan that one could walk or see out of is fenced in this far outside."""
 FENCE_HALF_M = 0.05
@@ -83,7 +85,9 @@ def building_of(free: NDArray[np.bool_], meta: MapMeta, path: Path) -> Building:
     if not free.any():
         raise ValueError(f"{path} is all solid: it has no free cell")
     r = meta.resolution_m
-    world_from_image = meta.world_from_image
+    rows, columns = (_with_margin(free, axis, math.floor(MARGIN_M / r)) for axis in (0, 1))
+    free = free[rows, columns]
+    world_from_image = meta.world_from_image @ Pose2(columns.start * r, rows.start * r, 0.0)
     boxes = boxes_of(np.pad(~free, 1, constant_values=True), r, (-r, -r))
     height_m, width_m = free.shape[0] * r, free.shape[1] * r
     corner_m = 0.5 * max(height_m, width_m) * abs(math.sin(2.0 * world_from_image.yaw_rad))
@@ -99,6 +103,12 @@ def building_of(free: NDArray[np.bool_], meta: MapMeta, path: Path) -> Building:
         solids=tuple(_moved(box, world_from_image) for box in boxes),
         start=Pose2.identity(),
     )
+
+
+def _with_margin(mask: NDArray[np.bool_], axis: int, margin: int) -> slice:
+    """From the first to the last along an axis with anything in the mask, and so many more, if there are."""
+    at = np.flatnonzero(mask.any(axis=1 - axis))
+    return slice(max(int(at[0]) - margin, 0), min(int(at[-1]) + 1 + margin, mask.shape[axis]))
 
 
 def around(width_m: float, height_m: float, deep_m: float) -> tuple[Box, ...]:

@@ -13,7 +13,7 @@ from PIL import Image
 from occmap.geometry import Pose2
 from sim.building import Building
 from sim.nav2_map import MapMeta, find_image, free_cells, read_image
-from sim.plan_images import load_plan
+from sim.plan_images import MARGIN_M, load_plan
 from sim.starts import BODY_RADIUS_M
 from sim.truth import explorable, truth_grid
 
@@ -65,6 +65,19 @@ def test_off_the_image_everything_is_solid(tmp_path: Path):
     seen = explorable(truth, building.start, BODY_RADIUS_M, 12.0)
     assert seen.any()
     assert not seen[:, truth.cell_from_world(np.array([building.high_m]))[0, 0] :].any()
+
+
+def test_a_wide_margin_of_the_unknown_is_cut_down(tmp_path: Path):
+    """Mappers save canvases of 200 m, and every cell of them would cost memory and time."""
+    image = ragged_image()  # is free from column 5 to its right edge, and from row 5 to 44
+    canvas = np.pad(image, ((200, 100), (150, 250)), constant_values=UNKNOWN)
+    building = load(write_map(tmp_path, canvas))
+    margin = round(MARGIN_M / 0.05)
+    left, below, right, above = 155 - margin, 105 - margin, 220 + margin, 145 + margin
+    assert building.low_m == pytest.approx((-1.5 + left * 0.05, 2.25 + below * 0.05))
+    assert building.high_m == pytest.approx((-1.5 + right * 0.05, 2.25 + above * 0.05))
+    expected = np.flipud(canvas != FREE)[below:above, left:right]
+    np.testing.assert_array_equal(raster_of(building, 0.05, expected.shape), expected)
 
 
 def test_an_image_alone_needs_its_resolution_and_lies_at_the_origin(tmp_path: Path):
@@ -166,16 +179,18 @@ def test_an_origin_with_yaw_turns_the_plan(tmp_path: Path):
 
 
 @pytest.mark.parametrize("yaw_rad", [0.3, 0.25 * math.pi, 2.0, -2.8])
-def test_around_a_turned_image_all_is_solid(tmp_path: Path, yaw_rad: float):
+@pytest.mark.parametrize("unknown", [0, 100])
+def test_around_a_turned_image_all_is_solid(tmp_path: Path, yaw_rad: float, unknown: int):
     """The robot is put down in the plan, not in the corners that it leaves of the building."""
     image = np.full((40, 160), FREE, np.uint8)  # long: its corners are larger than it is wide
+    image = np.pad(image, unknown, constant_values=UNKNOWN)
     yaml = f"image: map.pgm\nresolution: 0.05\norigin: [1, 2, {yaw_rad}]\n"
     building = load(write_map(tmp_path, image, yaml))
     truth = truth_grid(building, 0.05)
     iy, ix = np.nonzero(~truth.wall)
     image_from_world = Pose2(1.0, 2.0, yaw_rad).inverse()
     floor = image_from_world.apply(truth.world_from_cell(np.column_stack((ix, iy))))
-    assert (np.abs(floor - (4.0, 1.0)) < (4.0, 1.0)).all()
+    assert (np.abs(floor - unknown * 0.05 - (4.0, 1.0)) < (4.0, 1.0)).all()
     assert len(floor) * 0.05**2 == pytest.approx(8.0 * 2.0, rel=0.06)
     assert not truth.wall[truth.cell_of(building.start)[::-1]]
 
