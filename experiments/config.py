@@ -102,6 +102,8 @@ class ExperimentConfig:
             raise ValueError(f"drift_scale {self.drift_scale} is too much: {error}") from error
         if self.plan_resolution_m is not None and not 0.0 < self.plan_resolution_m < math.inf:
             raise ValueError(f"plan_resolution_m must be positive, got {self.plan_resolution_m}")
+        if self.explorer.boundary_in_map:
+            raise ValueError("explorer.boundary_in_map is worked out from boundary: give that instead")
         self._refuse_scans_beyond_maps()
 
     def _refuse_scans_beyond_maps(self) -> None:

@@ -82,9 +82,11 @@ class Goal:
         )
 
     def __str__(self) -> str:
-        gain = "" if math.isnan(self.gain_m2) else f"gain {self.gain_m2:.2f} m², "
         x, y = self.frontier.centroid_in_map
-        return f"frontier at ({x:.1f}, {y:.1f}): {gain}cost {self.cost_m:.1f} m, U = {self.utility:.2f}"
+        words = [f"cost {self.cost_m:.1f} m"]
+        if not math.isnan(self.gain_m2):  # else its worth is its cost
+            words = [f"gain {self.gain_m2:.2f} m²", *words, f"U = {self.utility:.2f}"]
+        return f"frontier at ({x:.1f}, {y:.1f}): {', '.join(words)}"
 
 
 class GoalChooser:

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from experiments.config import ExperimentConfig
+from experiments.config import ExperimentConfig, ExplorerOptions
 from experiments.experiment import boundary_in_map, prepare
 from occmap.geometry import Pose2
 from sim.generators import BuildingConfig
@@ -42,3 +42,9 @@ def test_a_boundary_without_the_start_is_told_where_that_is():
     beside = ExperimentConfig(boundary=((1.0, 0.0), (2.0, 0.0), (2.0, 1.0)))
     with pytest.raises(ValueError, match=r"the start, \(0.00, 3.00\)"):
         boundary_in_map(beside, Pose2(-0.001, 3.0, 0.0))
+
+
+def test_a_boundary_that_the_score_would_not_know_of_is_refused():
+    corners = ((-1.0, -1.0), (1.0, -1.0), (0.0, 1.0))
+    with pytest.raises(ValueError, match="give that instead"):
+        ExperimentConfig(explorer=ExplorerOptions(boundary_in_map=corners))
