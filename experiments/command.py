@@ -64,6 +64,13 @@ def refuse_with_plans(options: Sequence[str], arguments: Sequence[str], plans: s
             raise ValueError(f"{option} is for generated buildings and does not go with {plans}")
 
 
+def refuse_twice(options: Sequence[str], arguments: Sequence[str]) -> None:
+    """ValueError if one of these options of many values is there twice: the last would win, unnoticed."""
+    for option in options:
+        if sum(is_given(option, [argument]) for argument in arguments) > 1:
+            raise ValueError(f"{option} is given twice: give all values after the first")
+
+
 def changes(file: Path, said: ExperimentConfig, asked: ExperimentConfig) -> Iterator[str]:
     """What the command line made of a file's config, a line each."""
     for name, before, after in differences(config_file.to_plain(said), config_file.to_plain(asked)):

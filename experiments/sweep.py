@@ -20,10 +20,10 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from experiments import config_file
-from experiments.command import file_named, refuse_with_plans
+from experiments.command import file_named, refuse_twice, refuse_with_plans
 from experiments.exit_status import CTRL_C, INTERRUPTED, MISTAKE
 from experiments.signals import StopRequest
-from experiments.sweeping.matrix import AXIS_INSTEAD, Matrix, instead
+from experiments.sweeping.matrix import AXIS_INSTEAD, OPTION_OF, Matrix, instead
 from experiments.sweeping.recordings import Keep, record, recording_jobs, to_record
 from experiments.words import say
 
@@ -76,6 +76,7 @@ def parse(arguments: Sequence[str]) -> Sweep:
     for option, axis in AXIS_INSTEAD.items():
         if file_named(f"--{option}", arguments) is not None:
             raise ValueError(instead(option, axis))
+    refuse_twice([f"--{axis.replace('_', '-')}" for axis in (*OPTION_OF, "seeds", "vary")], arguments)
     file = file_named("--matrix", arguments)
     said = Sweep() if file is None else Sweep(axes=_read_matrix(file))
     asked = tyro.cli(Sweep, prog="python -m experiments.sweep", args=list(arguments), default=said)

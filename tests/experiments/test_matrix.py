@@ -115,6 +115,13 @@ def test_generated_buildings_are_not_asked_for_beside_plans(tmp_path, option):
         parse(["--plans", str(tmp_path / "house.yaml"), *option.split()])
 
 
+@pytest.mark.parametrize("option", ["--vary lidar.beams=180,360", "--noise-scales 0.5 2"])
+def test_an_option_that_takes_many_values_is_there_once(option):
+    """Else the first are left out of the sweep, and nobody is told."""
+    with pytest.raises(ValueError, match=f"{option.split()[0]} is given twice"):
+        parse([*option.split(), *option.split()])
+
+
 def test_what_the_experiment_and_the_axis_agree_on_is_no_mistake():
     mazes = replace(SAME, building=BuildingConfig(kind="maze"))
     assert len(Matrix(kinds=("maze",), seeds=(0, 2), experiment=mazes)) == 2
