@@ -16,8 +16,6 @@ frontier cell that it lies behind."""
 SPECK_CELLS = 1
 """A look may cross so many unknown cells in a row before the unknown that it is meant for. More is a wall
 that beams have only grazed: a look through it shows nothing."""
-LINE_CELLS = 10
-"""So many cells most lines are followed from their end on before they prove to be walled off."""
 MOUTH_CELLS = 3
 """A look enters the unknown no farther than this, and a quarter of its depth, from the frontier cell that it
 is meant for."""
@@ -51,7 +49,8 @@ def sees_into(state, x0, y0, targets, k):
 
 @part
 def is_walled_off(state, x, y, x0, y0):
-    """Whether a line to cell (x0, y0) surely meets something occupied, told from its other end.
+    """Whether a line to cell (x0, y0) surely meets something occupied, and after how many cells of it this is
+    known, told from its other end.
 
     From afar most lines end at walls around what they are meant for, and are found out sooner from there. The
     line itself may pass on either side of a cell's corner: both must be occupied. O(distance).
@@ -60,7 +59,8 @@ def is_walled_off(state, x, y, x0, y0):
     sx = 1 if x < x0 else -1
     sy = 1 if y < y0 else -1
     aside = 0  # how far the line is past y (x), in steps / max(dx, dy)
-    for _ in range(max(dx, dy) - 1):
+    length = max(dx, dy)
+    for step in range(1, length):
         if dx >= dy:
             x += sx
             aside += dy
@@ -76,8 +76,8 @@ def is_walled_off(state, x, y, x0, y0):
                 x += sx
             beside = state[y, x + sx] if aside else OCCUPIED
         if state[y, x] == OCCUPIED and beside == OCCUPIED:
-            return True
-    return False
+            return True, step
+    return False, length
 
 
 @part
@@ -220,8 +220,11 @@ def find_viewpoint(state, cost, exact_below, targets, needed, reach_cells, strid
                     away_x, away_y = targets[k, INSIDE_X] - x, targets[k, INSIDE_Y] - y
                     if away_x * away_x + away_y * away_y > reach_squared:
                         continue
-                    looked_at += LINE_CELLS
-                    if is_walled_off(state, targets[k, INSIDE_X], targets[k, INSIDE_Y], x, y):
+                    is_in_vain, followed = is_walled_off(
+                        state, targets[k, INSIDE_X], targets[k, INSIDE_Y], x, y
+                    )
+                    looked_at += followed
+                    if is_in_vain:
                         continue
                     looked_at += max(abs(away_x), abs(away_y))
                     if sees_into(state, x, y, targets, k):
