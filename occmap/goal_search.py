@@ -113,7 +113,7 @@ class GoalSearch:
         if not goals:
             edges = yield from self._nooks.edges(grid)
             nooks = yield from self._nooks.goals(edges, grid, wave)
-            goals = self._views.worthy(nooks, grid)
+            goals = self._views.worthy(nooks, grid, wave)
             if wave.n_reached > LARGE_CELLS:
                 self._leftovers = Leftovers({id(each): each for each in frontiers}, edges, grid.state)
         return FoundGoals(self._prefer(goals, pursued), tuple(goals), wave)
@@ -137,7 +137,7 @@ class GoalSearch:
             if not goals:
                 mouths = near_to(wave.start_in_map, left.edges, bound_m + self.chooser.sight_m)
                 nooks = yield from self._nooks.goals(mouths, grid, wave)
-                goals = self._views.worthy(nooks, grid)
+                goals = self._views.worthy(nooks, grid, wave)
             if pursued is not None and self._stays_best(bound_m, goals, wave, query.way_left_m):
                 return FoundGoals(pursued, (pursued,), wave)
             if goals and not self._may_widening_help(bound_m, goals, pursued):

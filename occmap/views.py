@@ -53,7 +53,7 @@ class Views:
         if stop.lookout is None:
             return []
         together = [frontier for frontier, _ in members[: stop.in_sight]]
-        return self.worthy([self._chooser.goal_at(stop.lookout, together, grid, wave)], grid)
+        return self.worthy([self._chooser.goal_at(stop.lookout, together, grid, wave)], grid, wave)
 
     def from_near(
         self, frontiers: Iterable[tuple[Frontier, int]], grid: OccupancyGrid, wave: Wavefront
@@ -69,7 +69,7 @@ class Views:
             looks = self._chooser.looks_at(frontier, grid)[failed:]
             looks = looks if best is None else looks[:1]
             goal = self._first(frontier, looks, grid, wave, self._chooser.affordable_m(best))
-            if goal is not None and self.is_worth_the_way(goal, grid):
+            if goal is not None and self.is_worth_the_way(goal, grid, wave):
                 goals.append(goal)
                 best = best_of((best, goal)) if best is not None else goal
             yield LOOK_CELLS + self._chooser.spent()
@@ -107,7 +107,7 @@ class Views:
             for frontier, failed in frontiers:
                 found.append(self._from_afar(frontier, failed, grid, wave, from_m))
                 yield LOOK_CELLS + self._chooser.spent()
-            if worthy := self.worthy(found, grid):
+            if worthy := self.worthy(found, grid, wave):
                 return worthy
         return []
 
@@ -133,30 +133,41 @@ class Views:
         into_m = config.look_into_m[-1]
         return self._chooser.goal_for(frontier, grid, wave, from_m, into_m, stride=1, share=0.0)
 
-    def worthy(self, goals: Iterable[Goal | None], grid: OccupancyGrid) -> list[Goal]:
+    def worthy(self, goals: Iterable[Goal | None], grid: OccupancyGrid, wave: Wavefront) -> list[Goal]:
         """The goals, where there are any, that are worth the way."""
-        return [goal for goal in goals if goal is not None and self.is_worth_the_way(goal, grid)]
+        return [goal for goal in goals if goal is not None and self.is_worth_the_way(goal, grid, wave)]
 
-    def is_worth_the_way(self, goal: Goal, grid: OccupancyGrid) -> bool:
+    def is_worth_the_way(self, goal: Goal, grid: OccupancyGrid, wave: Wavefront) -> bool:
         """Whether a goal is near, or promises to show something: a small leftover far away does not.
 
         Nor does what was looked into before. But where the body could go on, a look that was had near by may
         have been at another frontier, or this one has moved on since: one more look tells. Far looks that
         show nothing make the others wait for more of a promise.
+
+        What is near, but dear to get to in tight passages, must promise something as well; looks do not tell
+        there, for openings lie close together.
         """
         c = self._chooser.config
         if goal.cost_m <= c.worth_way_m:
             return True
-        looks = self._looked_at.times(goal.frontier, grid, is_nook=goal.is_nook)
+        is_near = self._is_short(goal, grid, wave)
+        looks = 0 if is_near else self._looked_at.times(goal.frontier, grid, is_nook=goal.is_nook)
         if goal.is_nook:
             least_m2 = c.least_far_nook_m2(grid.frame.resolution_m)
             return not looks and goal.gain_m2 >= self._demanded(least_m2)
         size_m = goal.frontier.size * grid.frame.resolution_m
         if looks > 1 or (looks and size_m < SPECK_M):
             return False
-        least_m2 = self._demanded(c.worth_gain_m2)
+        least_m2 = c.worth_gain_m2 if is_near else self._demanded(c.worth_gain_m2)
         in_sight_m2 = self._chooser.in_sight_m2(grid, *grid.frame.cell_at(*goal.viewpoint_in_map))
         return in_sight_m2 >= (least_m2 if size_m < LONG_M else min(least_m2, ROOM_M2))
+
+    def _is_short(self, goal: Goal, grid: OccupancyGrid, wave: Wavefront) -> bool:
+        """Whether the way to a goal is no longer than what is worth it for anything, in metres driven."""
+        most_m = self._chooser.config.worth_way_m
+        if math.dist(goal.viewpoint_in_map, wave.start_in_map) > most_m:
+            return False
+        return wave.length_to_m(grid.frame.cell_at(*goal.viewpoint_in_map)) <= most_m
 
     def _demanded(self, least_m2: float) -> float:
         """Area demanded: twice as much after each further far look in vain, as the next will be, too."""

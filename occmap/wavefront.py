@@ -94,6 +94,14 @@ class Wavefront:
         flat, start = self.terrain.flat(cell), self.terrain.flat(self.start_cell)
         return walk_back(flat, self.terrain.shape[1], self.memory.link, start)
 
+    def length_to_m(self, cell: tuple[int, int]) -> float:
+        """Metres of the way from the start to a cell (ix, iy), from cell to cell; inf if out of reach."""
+        cells = self.cells_to(cell)
+        if cells is None:
+            return math.inf
+        steps = np.diff(np.divmod(cells.astype(np.int64), self.terrain.shape[1]))
+        return float(np.hypot(*steps).sum()) * self.terrain.frame.resolution_m
+
     def path_to(self, cell: tuple[int, int]) -> Path | None:
         """The cheapest path to a cell (ix, iy), shortened by line of sight; None if out of reach."""
         cells = self.cells_to(cell)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from occmap.geometry import Pose2
@@ -11,16 +12,16 @@ from tests.occmap.goal_scenes import goal_at
 from tests.occmap.test_goal_search import Searching
 
 
-def corridor(recess_cells, deep_cells=24, length=900):
+def corridor(recess_cells, deep_cells=24, length=900, wide=16):
     """45 m x 0.8 m in cells of 0.05 m; beside its far end opens what has not been seen."""
     wall = "#" * (length - 20)
     recess = [wall + "?" * recess_cells + "#" * (22 - recess_cells)] * deep_cells
-    return "\n".join(["#" * (length + 2), *recess, *["#" + "." * length + "#"] * 16, "#" * (length + 2)])
+    return "\n".join(["#" * (length + 2), *recess, *["#" + "." * length + "#"] * wide, "#" * (length + 2)])
 
 
-def scene_of(picture, start_x, **config):
+def scene_of(picture, start_x, start_y=8, **config):
     config = GoalConfig(min_nook_m=9.0, **config)
-    return Searching(picture, (start_x, 8), resolution_m=0.05, body=None, config=config)
+    return Searching(picture, (start_x, start_y), resolution_m=0.05, body=None, config=config)
 
 
 def looked_into(scene, times=1):
@@ -42,6 +43,15 @@ NARROW, WIDE = 5, 20
 def test_what_was_looked_into_is_not_come_back_for_from_afar(cells, looks, is_worth):
     """Where the body could go on, one look more is worth the way: the frontier may have moved on."""
     scene = looked_into(scene_of(corridor(cells), 5), looks)
+    assert (scene.run().best is not None) == is_worth
+
+
+@pytest.mark.parametrize(("deep_cells", "is_worth"), [(24, True), (1, False)])
+@pytest.mark.parametrize("looks", [0, 2, 5])
+def test_in_a_tight_passage_what_is_near_is_looked_into_if_it_promises_much(deep_cells, is_worth, looks):
+    """5 m of a passage 0.55 m wide cost more than 10 m in the open; looks next door count for all of it."""
+    scene = looked_into(scene_of(corridor(WIDE, deep_cells, wide=11), 785, start_y=6), looks)
+    assert scene.flood().cost_at(np.array([(880, 6)]))[0] > 10.0
     assert (scene.run().best is not None) == is_worth
 
 
