@@ -89,8 +89,11 @@ def test_what_is_walled_off_is_not_seen_from_the_other_end_either():
     for _ in range(4000):
         x0, x1 = rng.integers(0, 50, 2).tolist()
         y0, y1 = rng.integers(0, 40, 2).tolist()
-        answers.append(kernels.is_walled_off(state, x1, y1, x0, y0))
-        assert not (answers[-1] and kernels.sees(state, x0, y0, x1, y1, 99))
+        is_walled_off, followed = kernels.is_walled_off(state, x1, y1, x0, y0)
+        answers.append(is_walled_off)
+        assert not (is_walled_off and kernels.sees(state, x0, y0, x1, y1, 99))
+        length = max(abs(x1 - x0), abs(y1 - y0))
+        assert 0 < followed < length if is_walled_off else followed == length
     assert 1000 < sum(answers) < 3800
 
 
